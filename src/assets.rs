@@ -1,0 +1,51 @@
+//! Scenes, shapes and materials that travel inside the program.
+//!
+//! They are the files of `scenarios/` and `assets/`, embedded as they lie there.
+
+use include_dir::{Dir, include_dir};
+
+static SCENARIOS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/scenarios");
+static SHAPES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/shapes");
+static MATERIALS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/materials");
+
+/// A kind of built-in file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Scenes (`scenarios/`).
+    Scene,
+    /// Shapes of targets (`assets/shapes/`).
+    Shape,
+    /// Cable materials (`assets/materials/`).
+    Material,
+}
+
+impl Kind {
+    fn dir(self) -> &'static Dir<'static> {
+        match self {
+            Kind::Scene => &SCENARIOS,
+            Kind::Shape => &SHAPES,
+            Kind::Material => &MATERIALS,
+        }
+    }
+
+    /// Names of all built-in files of this kind, sorted.
+    pub fn names(self) -> Vec<&'static str> {
+        let mut names: Vec<_> = self
+            .dir()
+            .files()
+            .filter_map(|file| file.path().file_name()?.to_str()?.strip_suffix(".json"))
+            .collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Text of the built-in file called `name`.
+    pub fn text(self, name: &str) -> Option<&'static str> {
+        self.dir().get_file(format!("{name}.json"))?.contents_utf8()
+    }
+
+    /// `a`, `b` or `c`: what a name may be, for an error message.
+    pub fn choices(self) -> String {
+        self.names().iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+    }
+}

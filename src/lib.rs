@@ -1,0 +1,21 @@
+//! tumblenet
+pub mod assets;
+pub mod problems;
+pub mod quantity;
+pub mod read;
+pub mod net {
+    pub mod spec;
+}
+pub mod target {
+    pub mod spec;
+}
+pub mod solver;
+pub mod effects {
+    #[derive(
+        Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+    )]
+    pub struct Effects {}
+}
+pub mod scene {
+    pub mod schema;
+}

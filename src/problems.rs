@@ -1,0 +1,89 @@
+//! Every fault of an input: its place in the file, the value found, and what is allowed.
+
+use std::fmt;
+
+/// One fault.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Place in the file, as a path of keys: `target.shape.parts[2].cuboid`.
+    pub place: String,
+    /// What stands there, as the user wrote it.
+    pub found: String,
+    /// What may stand there.
+    pub allowed: String,
+}
+
+/// All faults of one input.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct Problems {
+    /// File or name of the input.
+    pub input: String,
+    /// The faults, in the order they were found.
+    pub list: Vec<Problem>,
+}
+
+impl Problems {
+    /// No faults yet in `input`.
+    pub fn new(input: impl Into<String>) -> Self {
+        Problems { input: input.into(), list: Vec::new() }
+    }
+
+    /// Adds a fault; a fault already known at the same place with the same words is kept once.
+    pub fn add(&mut self, place: impl Into<String>, found: impl fmt::Display, allowed: impl Into<String>) {
+        let problem =
+            Problem { place: place.into(), found: shorten(&found.to_string()), allowed: allowed.into() };
+        if !self.list.contains(&problem) {
+            self.list.push(problem);
+        }
+    }
+
+    /// `value` when nothing was found, else the faults.
+    ///
+    /// # Errors
+    /// The faults found so far.
+    pub fn into_result<T>(self, value: Option<T>) -> Result<T, Problems> {
+        match value {
+            Some(value) if self.list.is_empty() => Ok(value),
+            _ => Err(self),
+        }
+    }
+}
+
+/// A long value (a whole mesh, say) is cut, so that the place and the rule stay readable.
+fn shorten(found: &str) -> String {
+    const MAX: usize = 120;
+    if found.chars().count() <= MAX {
+        return found.to_owned();
+    }
+    let head: String = found.chars().take(MAX).collect();
+    format!("{head}…")
+}
+
+impl fmt::Display for Problems {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n = self.list.len();
+        write!(f, "{}: {} fault{}", self.input, n, if n == 1 { "" } else { "s" })?;
+        for problem in &self.list {
+            let place = if problem.place.is_empty() { "(top level)" } else { &problem.place };
+            write!(f, "\n  {place}: found {}; allowed: {}", problem.found, problem.allowed)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_input_place_value_and_rule() {
+        let mut problems = Problems::new("scene.json");
+        problems.add("net.bullet_mass_kg", -1.0, "a number above 0");
+        problems.add("net.bullet_mass_kg", -1.0, "a number above 0");
+        assert_eq!(
+            problems.to_string(),
+            "scene.json: 1 fault\n  net.bullet_mass_kg: found -1; allowed: a number above 0"
+        );
+        assert!(problems.into_result(Some(())).is_err());
+    }
+}

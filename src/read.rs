@@ -1,0 +1,275 @@
+//! Reading a JSON input against its own schema: every fault at once, then the typed value.
+//!
+//! The schema is generated from the type (`schemars`) and checked by a JSON Schema validator, so
+//! types, unknown keys, missing keys and limits of single values need no code of ours. What is
+//! left to us is to say them in words, with the place in the file.
+
+use jsonschema::ValidationError;
+use jsonschema::error::{TypeKind, ValidationErrorKind as Kind};
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::problems::Problems;
+
+/// The JSON Schema of `T`.
+pub fn schema<T: JsonSchema>() -> Value {
+    schemars::schema_for!(T).to_value()
+}
+
+/// Parses JSON text.
+///
+/// Adds a fault with line and column where it is not JSON.
+pub fn parse(text: &str, place: &str, problems: &mut Problems) -> Option<Value> {
+    match serde_json::from_str(text) {
+        Ok(value) => Some(value),
+        Err(error) => {
+            problems.add(place, format!("no JSON ({error})"), "one JSON value");
+            None
+        }
+    }
+}
+
+/// Checks `value` against the schema of `T` and reads it; all faults go to `problems`, with their
+/// places below `place`.
+pub fn typed<T: JsonSchema + DeserializeOwned>(
+    value: &Value,
+    place: &str,
+    problems: &mut Problems,
+) -> Option<T> {
+    let schema = schema::<T>();
+    let validator = match jsonschema::validator_for(&schema) {
+        Ok(validator) => validator,
+        // Our own schema: a fault in it is caught by the test below for every type that is read.
+        Err(error) => unreachable!("the schema of {} is invalid: {error}", std::any::type_name::<T>()),
+    };
+    let mut sound = true;
+    for error in validator.iter_errors(value) {
+        sound = false;
+        explain(&error, &schema, place, problems);
+    }
+    if !sound {
+        return None;
+    }
+    match serde_json::from_value(value.clone()) {
+        Ok(typed) => Some(typed),
+        // The schema is the stricter of the two, but a gap between them must not be a panic.
+        Err(error) => {
+            problems.add(place, "a value the schema lets pass", error.to_string());
+            None
+        }
+    }
+}
+
+/// Says one validation error in words: place, value found, what is allowed.
+fn explain(error: &ValidationError<'_>, schema: &Value, root: &str, problems: &mut Problems) {
+    let place = join(root, &keys(error.instance_path().as_str()));
+    let found = describe(error.instance());
+    let mut add = |allowed: String| problems.add(&place, &found, allowed);
+    match error.kind() {
+        Kind::AdditionalProperties { unexpected } => {
+            let known = known_keys(schema, error.schema_path().as_str());
+            for key in unexpected {
+                problems.add(join(&place, key), "an unknown key", known.clone());
+            }
+        }
+        Kind::Required { property } => {
+            let key = property.as_str().unwrap_or_default();
+            problems.add(join(&place, key), "nothing", "this key must be given");
+        }
+        Kind::AnyOf { context } | Kind::OneOfNotValid { context } => {
+            explain_choice(error, context, schema, root, problems);
+        }
+        Kind::Constant { expected_value } => add(expected_value.to_string()),
+        Kind::Enum { options } => add(one_of(options.as_array().into_iter().flatten())),
+        Kind::ExclusiveMinimum { limit } => add(format!("a number above {limit}")),
+        Kind::Minimum { limit } => add(format!("a number of at least {limit}")),
+        Kind::ExclusiveMaximum { limit } => add(format!("a number below {limit}")),
+        Kind::Maximum { limit } => add(format!("a number of at most {limit}")),
+        Kind::MinItems { limit } => add(format!("at least {limit} entries")),
+        Kind::MaxItems { limit } => add(format!("at most {limit} entries")),
+        Kind::Type { kind } => add(type_names(kind)),
+        other => add(format!("what the rule `{}` says: {error}", other.keyword())),
+    }
+}
+
+/// A value that fits none of several forms: the form it was most likely meant to be is explained,
+/// where one has the right JSON type; else all forms are named.
+fn explain_choice(
+    error: &ValidationError<'_>,
+    context: &[Vec<ValidationError<'static>>],
+    schema: &Value,
+    root: &str,
+    problems: &mut Problems,
+) {
+    let here = error.instance_path().as_str();
+    let wrong_type =
+        |fault: &ValidationError<'_>| matches!(fault.kind(), Kind::Type { .. }) && is_here(fault, here);
+    let constants: Vec<&Value> = context
+        .iter()
+        .filter_map(|branch| match branch.first()?.kind() {
+            Kind::Constant { expected_value } => Some(expected_value.as_ref()),
+            _ => None,
+        })
+        .collect();
+    let place = join(root, &keys(here));
+    if constants.len() == context.len() {
+        problems.add(place, describe(error.instance()), one_of(constants.into_iter()));
+    } else if let Some(meant) =
+        context.iter().filter(|branch| !branch.iter().any(wrong_type)).min_by_key(|branch| branch.len())
+    {
+        // The faults of a branch carry places relative to the file, as the outer error does.
+        for fault in meant {
+            explain(fault, schema, root, problems);
+        }
+    } else {
+        let forms: Vec<String> = context
+            .iter()
+            .filter_map(|branch| match branch.iter().find(|fault| wrong_type(fault))?.kind() {
+                Kind::Type { kind } => Some(type_names(kind)),
+                _ => None,
+            })
+            .filter(|form| form != "null")
+            .collect();
+        problems.add(place, describe(error.instance()), forms.join(" or "));
+    }
+}
+
+fn is_here(fault: &ValidationError<'_>, here: &str) -> bool {
+    fault.instance_path().as_str() == here
+}
+
+/// `/net/meshes/0` as `net.meshes[0]`.
+fn keys(pointer: &str) -> String {
+    let mut path = String::new();
+    for part in pointer.split('/').skip(1) {
+        let part = part.replace("~1", "/").replace("~0", "~");
+        if !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit()) {
+            path.push_str(&format!("[{part}]"));
+        } else {
+            path = join(&path, &part);
+        }
+    }
+    path
+}
+
+/// Path `below` under path `above`.
+pub fn join(above: &str, below: &str) -> String {
+    match (above.is_empty(), below.is_empty()) {
+        (true, _) => below.to_owned(),
+        (_, true) => above.to_owned(),
+        _ if below.starts_with('[') => format!("{above}{below}"),
+        _ => format!("{above}.{below}"),
+    }
+}
+
+fn describe(value: &Value) -> String {
+    match value {
+        Value::Object(map) if map.len() > 3 => format!("an object of {} keys", map.len()),
+        Value::Array(list) if list.len() > 6 => format!("a list of {} entries", list.len()),
+        other => other.to_string(),
+    }
+}
+
+/// The keys that the schema object of a failed `additionalProperties` does allow.
+fn known_keys(schema: &Value, schema_path: &str) -> String {
+    let parent = schema_path.rsplit_once('/').map_or("", |(parent, _)| parent);
+    let object = schema.pointer(parent);
+    let known = object.and_then(|object| object["properties"].as_object());
+    match known {
+        Some(map) => map.keys().cloned().collect::<Vec<_>>().join(", "),
+        None => "no key but those of the format".to_owned(),
+    }
+}
+
+fn one_of<'a>(options: impl Iterator<Item = &'a Value>) -> String {
+    options.map(ToString::to_string).collect::<Vec<_>>().join(" or ")
+}
+
+fn type_names(kind: &TypeKind) -> String {
+    let name = |name: &str| match name {
+        "object" => "an object".to_owned(),
+        "array" => "a list".to_owned(),
+        "integer" => "a whole number".to_owned(),
+        "number" => "a number".to_owned(),
+        "string" => "a text".to_owned(),
+        "boolean" => "true or false".to_owned(),
+        other => other.to_owned(),
+    };
+    match kind {
+        TypeKind::Single(single) => name(single.as_str()),
+        TypeKind::Multiple(several) => several
+            .iter()
+            .map(|one| name(one.as_str()))
+            .filter(|one| one != "null")
+            .collect::<Vec<_>>()
+            .join(" or "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::schema::Scene;
+    use serde_json::json;
+
+    fn faults(value: Value) -> Vec<String> {
+        let mut problems = Problems::new("test");
+        let read = typed::<Scene>(&value, "", &mut problems);
+        assert_eq!(read.is_none(), !problems.list.is_empty());
+        problems.list.iter().map(|p| format!("{}: {}; {}", p.place, p.found, p.allowed)).collect()
+    }
+
+    fn scene() -> Value {
+        json!({
+            "title": "t", "duration_s": 1.0,
+            "net": { "meshes": [2, 2], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0,
+                     "cable": { "material": "kevlar", "diameter_m": 0.001 } },
+            "launch": { "speed_m_s": 1.0, "angle_deg": 30.0 }
+        })
+    }
+
+    #[test]
+    fn a_sound_scene_has_no_faults() {
+        assert_eq!(faults(scene()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn every_fault_is_named_with_place_value_and_rule() {
+        let mut bad = scene();
+        bad["colour"] = json!("red");
+        bad["net"]["meshes"] = json!([0, 2]);
+        bad["net"]["bullet_mass_kg"] = json!(-1);
+        bad["net"]["cable"]["material"] = json!({ "young_modulus_pa": 1.0 });
+        bad["net"]["fold"] = json!({ "scheme": "rolled", "ratio": 2 });
+        bad["launch"] = json!(7);
+        bad.as_object_mut().unwrap().remove("title");
+        let faults = faults(bad);
+        for expected in [
+            "title: nothing; this key must be given",
+            "net.meshes[0]: 0; a number of at least 1",
+            "net.bullet_mass_kg: -1; a number above 0",
+            "net.cable.material.density_kg_m3: nothing; this key must be given",
+            "net.fold.scheme: \"rolled\"; \"scaled\" or \"inwards\"",
+            "net.fold.ratio: 2; a number of at most 1",
+            "launch: 7; an object",
+        ] {
+            assert!(faults.iter().any(|fault| fault == expected), "{expected} not in {faults:#?}");
+        }
+        let unknown = faults.iter().find(|fault| fault.starts_with("colour: an unknown key")).unwrap();
+        assert!(unknown.contains("duration_s"), "names the known keys: {unknown}");
+    }
+
+    #[test]
+    fn a_value_of_no_form_names_all_forms() {
+        let mut bad = scene();
+        bad["net"]["mesh_length_m"] = json!("long");
+        bad["net"]["cable"]["material"] = json!(3);
+        let faults = faults(bad);
+        assert!(
+            faults.contains(&"net.mesh_length_m: \"long\"; a number or a list".to_owned()),
+            "{faults:#?}"
+        );
+        assert!(faults.contains(&"net.cable.material: 3; a text or an object".to_owned()), "{faults:#?}");
+    }
+}

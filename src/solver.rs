@@ -1,0 +1,67 @@
+//! The numerical method as a user writes it: which cables, which contact, which step.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::quantity::Positive;
+
+/// The numerical method.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// How cable tension acts.
+    pub cables: CableModel,
+    /// How a contact is answered.
+    pub contact: ContactModel,
+    /// Time step [s].
+    pub step_s: Positive,
+    /// Sub-steps of the engine within a step, at which cables and contacts act.
+    #[schemars(range(min = 1, max = 1000))]
+    pub substeps: u32,
+    /// Gauss-Seidel passes over the cables that snap taut within a step; 0: snaps are left to the engine.
+    #[schemars(range(max = 1000))]
+    pub snap_passes: u32,
+    /// Coefficient of restitution e of a contact (Eq. 4.11) [-].
+    #[schemars(range(min = 0, max = 1))]
+    pub restitution: f64,
+    /// Width of the engine's numbers.
+    pub precision: Precision,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Solver {
+            cables: CableModel::Joints,
+            contact: ContactModel::Rapier,
+            step_s: Positive(0.001),
+            substeps: 4,
+            snap_passes: 4,
+            restitution: 0.0,
+            precision: Precision::F64,
+        }
+    }
+}
+
+/// How cable tension acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CableModel {
+    /// Tension-only spring joints of the engine.
+    Joints,
+}
+
+/// How a contact is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactModel {
+    /// The engine's own solver.
+    Rapier,
+}
+
+/// Width of the engine's numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// 64 bits.
+    F64,
+}
