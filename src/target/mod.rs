@@ -1,0 +1,2 @@
+//! Target.
+pub mod spec;
