@@ -16,7 +16,8 @@ pub struct Target {
     /// Offset of its centre of mass along Y and Z [m].
     #[serde(default)]
     pub offset_m: [f64; 2],
-    /// Mass [kg]; absent: the sum of the parts' own masses.
+    /// Mass [kg]; absent: the sum of the parts' own masses. A target that is not free needs none:
+    /// its parts without mass then count 1000 kg/m^3, which its motion does not depend on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<Positive>,
     /// Turns about the body's own x, then y, then z [deg].
@@ -96,7 +97,7 @@ pub struct Part {
     /// Closed surface from a file, split into convex parts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshFile>,
-    /// Position of the part's centre [m].
+    /// Position of the part's origin [m]: its centre, or the origin of its points or file.
     #[serde(default)]
     pub position_m: [f64; 3],
     /// Turns about the part's own x, then y, then z [deg].
