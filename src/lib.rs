@@ -18,3 +18,6 @@ pub mod effects {
 pub mod scene {
     pub mod schema;
 }
+pub mod report {
+    pub mod replay;
+}

@@ -1,0 +1,515 @@
+//! The replay: one run in motion, as one self-contained HTML page.
+//!
+//! The page (`replay.html`, beside this file) draws with the browser's own WebGL, or with a plain canvas
+//! where there is none, and loads nothing from anywhere. Here the run is put into it. The address may say where
+//! to start: `#t=1.5&view=side&paused&speed=0.5&show=bullet-paths,-grid`; views are `overview`, `side`, `front`,
+//! `top`, `net` and `target`.
+//!
+//! **Positions travel as base64 of little-endian f32.** Quantising to 16 bits would halve the page, but a
+//! scene of 30 m then resolves 0.5 mm, and the page decides from a cable's length whether it is slack or
+//! taut: a taut nylon cable of 70 mm stretches by less than that. f32 resolves 2 um at 30 m.
+//!
+//! **Frames are thinned** to [`MAX_FRAMES`], and further on large nets so that the knots never take more than
+//! [`MAX_KNOT_BYTES`]. The page interpolates between frames and says what was left out.
+
+use data_encoding::BASE64;
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::Serialize;
+
+/// Frames kept at most: 10 s of motion at 60 frames per second.
+pub const MAX_FRAMES: usize = 600;
+
+/// Bytes of base64 that the knots may take: 600 frames of 441 knots take 4.2 MB, of 937 knots all of it.
+pub const MAX_KNOT_BYTES: usize = 9_000_000;
+
+/// What the replay shows. Frames are numbered alike in `times`, `knots`, the target and the curves.
+pub struct Replay<'a> {
+    /// Title of the scene.
+    pub title: &'a str,
+    /// Where the scene comes from.
+    pub source: Option<&'a str>,
+    /// How the run ended, if it was judged.
+    pub verdict: Option<Verdict<'a>>,
+    /// Time of each frame, rising. [s]
+    pub times: &'a [f64],
+    /// Positions in the local frame O-XYZ: frame, then knot. [m]
+    pub knots: &'a [Vec<Vector3<f64>>],
+    /// The two knots of each cable.
+    pub cables: &'a [(usize, usize)],
+    /// Rest length of each cable. [m]
+    pub rest_lengths: &'a [f64],
+    /// The four corner knots that are bullets.
+    pub bullets: [usize; 4],
+    /// Knots along the net's edge, in order round the mouth; cables between two of them are drawn stronger.
+    pub perimeter: &'a [usize],
+    /// The target, if there is one.
+    pub target: Option<ReplayTarget<'a>>,
+    /// Numbers that change with time, in the order they are listed.
+    pub curves: Vec<Curve<'a>>,
+    /// Moments worth jumping to: time [s] and a word, such as "first contact".
+    pub marks: Vec<(f64, String)>,
+}
+
+/// How the run ended.
+pub struct Verdict<'a> {
+    /// Whether the net holds the target.
+    pub captured: bool,
+    /// The reason, such as `held` or `slipped`.
+    pub reason: &'a str,
+}
+
+/// The target and its motion.
+pub struct ReplayTarget<'a> {
+    /// One mesh per convex part, in the body frame.
+    pub parts: Vec<Mesh>,
+    /// Centre of mass in the local frame, per frame. [m]
+    pub positions: &'a [Vector3<f64>],
+    /// Local frame from body frame, per frame.
+    pub attitudes: &'a [UnitQuaternion<f64>],
+}
+
+/// Triangles of a convex part.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Mesh {
+    /// Corners. [m]
+    pub vertices: Vec<[f32; 3]>,
+    /// Three corners each.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A number that changes with time.
+pub struct Curve<'a> {
+    /// Its name, such as "mouth".
+    pub name: &'a str,
+    /// Its unit; empty for a share, which is drawn on a scale from 0 to 1.
+    pub unit: &'a str,
+    /// A value per frame; a value that is not finite shows as a gap.
+    pub values: &'a [f64],
+    /// Whether it is also drawn along the time slider.
+    pub along_slider: bool,
+}
+
+/// What the page's script reads.
+#[derive(Serialize)]
+struct Page<'a> {
+    title: &'a str,
+    source: Option<&'a str>,
+    verdict: Option<PageVerdict<'a>>,
+    n_recorded: usize,
+    stride: usize,
+    times: Vec<f64>,
+    n_knots: usize,
+    knots: String,
+    cables: &'a [(usize, usize)],
+    rest_lengths: Vec<f32>,
+    bullets: [usize; 4],
+    perimeter: &'a [usize],
+    target: Option<PageTarget<'a>>,
+    curves: Vec<PageCurve<'a>>,
+    marks: &'a [(f64, String)],
+}
+
+#[derive(Serialize)]
+struct PageVerdict<'a> {
+    captured: bool,
+    reason: &'a str,
+}
+
+#[derive(Serialize)]
+struct PageTarget<'a> {
+    parts: &'a [Mesh],
+    positions: String,
+    attitudes: String,
+}
+
+#[derive(Serialize)]
+struct PageCurve<'a> {
+    name: &'a str,
+    unit: &'a str,
+    values: Vec<f32>,
+    along_slider: bool,
+}
+
+const TEMPLATE: &str = include_str!("replay.html");
+
+/// The page as text.
+pub fn html(replay: &Replay) -> String {
+    let n_recorded = replay.times.len();
+    let n_knots = replay.knots.first().map_or(0, Vec::len);
+    debug_assert_eq!(replay.knots.len(), n_recorded);
+    debug_assert_eq!(replay.cables.len(), replay.rest_lengths.len());
+
+    let stride = stride(n_recorded, n_knots);
+    let kept = kept_frames(n_recorded, stride);
+    let page = Page {
+        title: replay.title,
+        source: replay.source,
+        verdict: replay
+            .verdict
+            .as_ref()
+            .map(|verdict| PageVerdict { captured: verdict.captured, reason: verdict.reason }),
+        n_recorded,
+        stride,
+        times: kept.iter().map(|&frame| replay.times[frame]).collect(),
+        n_knots,
+        knots: base64(
+            kept.iter().flat_map(|&frame| &replay.knots[frame]).flat_map(|p| [p.x, p.y, p.z]),
+            kept.len() * n_knots * 3,
+        ),
+        cables: replay.cables,
+        rest_lengths: replay.rest_lengths.iter().map(|&length| length as f32).collect(),
+        bullets: replay.bullets,
+        perimeter: replay.perimeter,
+        target: replay.target.as_ref().map(|target| PageTarget {
+            parts: &target.parts,
+            positions: base64(
+                kept.iter().map(|&frame| target.positions[frame]).flat_map(|p| [p.x, p.y, p.z]),
+                kept.len() * 3,
+            ),
+            attitudes: base64(
+                kept.iter().map(|&frame| target.attitudes[frame]).flat_map(|q| [q.w, q.i, q.j, q.k]),
+                kept.len() * 4,
+            ),
+        }),
+        curves: replay
+            .curves
+            .iter()
+            .map(|curve| PageCurve {
+                name: curve.name,
+                unit: curve.unit,
+                values: kept.iter().map(|&frame| curve.values[frame] as f32).collect(),
+                along_slider: curve.along_slider,
+            })
+            .collect(),
+        marks: &replay.marks,
+    };
+    let data = serde_json::to_string(&page).expect("plain numbers and text always serialise");
+    fill(TEMPLATE, &text_safe(replay.title), &script_safe(&data))
+}
+
+/// Every how many frames one is kept, so that frames and bytes stay within their limits.
+fn stride(n_frames: usize, n_knots: usize) -> usize {
+    // A knot is 12 bytes, 16 in base64. Two frames always remain, first and last.
+    let affordable = (MAX_KNOT_BYTES / (16 * n_knots.max(1))).clamp(2, MAX_FRAMES);
+    n_frames.saturating_sub(1).div_ceil(affordable - 1).max(1)
+}
+
+/// Every `stride`-th frame and always the last.
+fn kept_frames(n_frames: usize, stride: usize) -> Vec<usize> {
+    let Some(last) = n_frames.checked_sub(1) else { return Vec::new() };
+    (0..last).step_by(stride).chain([last]).collect()
+}
+
+/// Base64 of the numbers as little-endian f32.
+fn base64(numbers: impl Iterator<Item = f64>, n_numbers: usize) -> String {
+    let mut bytes = Vec::with_capacity(4 * n_numbers);
+    bytes.extend(numbers.flat_map(|number| (number as f32).to_le_bytes()));
+    BASE64.encode(&bytes)
+}
+
+/// The template with its two gaps filled. Split, not replaced: a title may spell a gap's name.
+fn fill(template: &str, title: &str, data: &str) -> String {
+    let (head, rest) = template.split_once("{{title}}").expect("the template has a gap for the title");
+    let (middle, tail) = rest.split_once("{{data}}").expect("the template has a gap for the data");
+    [head, title, middle, data, tail].concat()
+}
+
+/// JSON that may stand in a script element: `</script>` and `<!--` cannot occur in it. Outside of strings JSON
+/// has none of these characters, so that each stands in a string, where the escape means the same.
+fn script_safe(json: &str) -> String {
+    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+}
+
+/// Text that may stand in an element.
+fn text_safe(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// A net that unfolds, flies at a tumbling box and closes round it: made up, so that the page can be looked
+    /// at without a simulation.
+    struct Demo {
+        times: Vec<f64>,
+        knots: Vec<Vec<Vector3<f64>>>,
+        cables: Vec<(usize, usize)>,
+        rest_lengths: Vec<f64>,
+        bullets: [usize; 4],
+        perimeter: Vec<usize>,
+        positions: Vec<Vector3<f64>>,
+        attitudes: Vec<UnitQuaternion<f64>>,
+        curves: Vec<(&'static str, &'static str, Vec<f64>)>,
+    }
+
+    impl Demo {
+        fn new(side: usize, n_frames: usize) -> Demo {
+            let length = 0.7 / (side - 1) as f64;
+            let at = |row: usize, column: usize| row * side + column;
+            let mut cables = Vec::new();
+            for row in 0..side {
+                for column in 0..side {
+                    if row + 1 < side {
+                        cables.push((at(row, column), at(row + 1, column)));
+                    }
+                    if column + 1 < side {
+                        cables.push((at(row, column), at(row, column + 1)));
+                    }
+                }
+            }
+            let last = side - 1;
+            let perimeter = (0..last)
+                .map(|k| at(k, 0))
+                .chain((0..last).map(|k| at(last, k)))
+                .chain((0..last).map(|k| at(last - k, last)))
+                .chain((0..last).map(|k| at(0, last - k)))
+                .collect();
+            let times: Vec<f64> = (0..n_frames).map(|k| 3.0 * k as f64 / (n_frames - 1) as f64).collect();
+            let ease = |t: f64, from: f64, to: f64| {
+                let u = ((t - from) / (to - from)).clamp(0.0, 1.0);
+                u * u * (3.0 - 2.0 * u)
+            };
+            let knots = times
+                .iter()
+                .map(|&t| {
+                    let (open, wrap) = (0.1 + 0.9 * ease(t, 0.0, 0.7), ease(t, 0.75, 1.9));
+                    let centre = 1.3 * ease(t, -0.4, 1.1) - 0.1;
+                    (0..side * side)
+                        .map(|k| {
+                            let (y, z) = (
+                                (k / side) as f64 / last as f64 - 0.5,
+                                (k % side) as f64 / last as f64 - 0.5,
+                            );
+                            let (radius, angle) = (0.7 * y.hypot(z), z.atan2(y));
+                            // Wrapped, the sheet bends into a bag whose arc length is the radius on the sheet.
+                            let bend = wrap * radius / 0.19 + 1e-9;
+                            let ripple =
+                                0.012 * (1.0 - open + 0.3 * wrap) * (9.0 * angle + 40.0 * radius).sin();
+                            let lead = 0.12 * (1.0 - wrap) * ease(t, 0.0, 0.5) * (radius / 0.5).powi(2);
+                            let ring = open * radius * bend.sin() / bend;
+                            let forth = radius * (1.0 - bend.cos()) / bend + lead + ripple;
+                            Vector3::new(centre + forth, ring * angle.cos(), ring * angle.sin())
+                        })
+                        .collect()
+                })
+                .collect();
+            let turned = |t: f64| 2.0 * t - 0.15 * ease(t, 0.8, 3.0);
+            let enclosed: Vec<f64> = times.iter().map(|&t| 0.87 * ease(t, 0.8, 1.6)).collect();
+            let mouth =
+                times.iter().map(|&t| 0.01 + 0.99 * ease(t, 0.0, 0.7) - 0.96 * ease(t, 0.8, 1.9)).collect();
+            let separation: Vec<f64> = times.iter().map(|&t| 4.2 - 4.0 * ease(t, -0.4, 1.1)).collect();
+            let cqi = separation.iter().map(|s| if *s > 3.3 { f64::NAN } else { 0.1 + 0.8 * s }).collect();
+            Demo {
+                rest_lengths: vec![length; cables.len()],
+                cables,
+                bullets: [at(0, 0), at(last, 0), at(last, last), at(0, last)],
+                perimeter,
+                positions: times
+                    .iter()
+                    .map(|&t| Vector3::new(1.3 + 0.1 * ease(t, 0.8, 3.2), 0.0, 0.0))
+                    .collect(),
+                attitudes: times
+                    .iter()
+                    .map(|&t| UnitQuaternion::from_euler_angles(turned(t), 0.1 * t, 0.0))
+                    .collect(),
+                curves: vec![
+                    ("enclosed", "", enclosed),
+                    ("mouth", "", mouth),
+                    ("separation", "", separation),
+                    ("CQI", "", cqi),
+                    ("target spin", "rad/s", times.iter().map(|&t| 2.0 - 0.3 * ease(t, 0.8, 3.0)).collect()),
+                ],
+                times,
+                knots,
+            }
+        }
+
+        fn replay<'a>(&'a self, title: &'a str, parts: Option<Vec<Mesh>>) -> Replay<'a> {
+            Replay {
+                title,
+                source: Some("made up, to look at the page"),
+                verdict: parts.is_some().then_some(Verdict { captured: true, reason: "held" }),
+                times: &self.times,
+                knots: &self.knots,
+                cables: &self.cables,
+                rest_lengths: &self.rest_lengths,
+                bullets: self.bullets,
+                perimeter: &self.perimeter,
+                marks: if parts.is_some() {
+                    vec![(0.8, "first contact".into()), (1.9, "captured".into())]
+                } else {
+                    vec![(0.7, "largest area".into())]
+                },
+                curves: self
+                    .curves
+                    .iter()
+                    .filter(|(name, ..)| parts.is_some() || *name == "mouth")
+                    .map(|(name, unit, values)| Curve {
+                        name,
+                        unit,
+                        values,
+                        along_slider: ["enclosed", "mouth"].contains(name),
+                    })
+                    .collect(),
+                target: parts.map(|parts| ReplayTarget {
+                    parts,
+                    positions: &self.positions,
+                    attitudes: &self.attitudes,
+                }),
+            }
+        }
+    }
+
+    fn cuboid(sides: [f32; 3], centre: [f32; 3]) -> Mesh {
+        let vertices = (0..8)
+            .map(|corner| [0, 1, 2].map(|k| centre[k] + ((corner >> k & 1) as f32 - 0.5) * sides[k]))
+            .collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        Mesh { vertices, triangles }
+    }
+
+    /// A closed cylinder along y.
+    fn cylinder(radius: f32, length: f32, centre: [f32; 3]) -> Mesh {
+        let n = 32;
+        let mut mesh = Mesh::default();
+        for k in 0..n {
+            let (sin, cos) = (TAU as f32 * k as f32 / n as f32).sin_cos();
+            for y in [-0.5, 0.5] {
+                mesh.vertices.push([
+                    centre[0] + radius * cos,
+                    centre[1] + y * length,
+                    centre[2] + radius * sin,
+                ]);
+            }
+        }
+        for k in 0..n {
+            let (a, b) = (2 * k, 2 * ((k + 1) % n));
+            mesh.triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+            if k > 0 {
+                mesh.triangles.extend([[0, a, b], [1, b + 1, a + 1]]);
+            }
+        }
+        mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+        mesh
+    }
+
+    fn cubesat() -> Vec<Mesh> {
+        vec![
+            cuboid([0.1, 0.3, 0.1], [0.0; 3]),
+            cuboid([0.22, 0.08, 0.004], [0.0, 0.1, 0.052]),
+            cylinder(0.03, 0.04, [0.0, -0.17, 0.0]),
+        ]
+    }
+
+    /// What stands in the page as data, read the way a browser reads it: up to the first closing tag.
+    fn data_of(page: &str) -> serde_json::Value {
+        let open = r#"<script type="application/json" id="data">"#;
+        let start = page.find(open).unwrap() + open.len();
+        let end = start + page[start..].find("</script").unwrap();
+        serde_json::from_str(&page[start..end]).unwrap()
+    }
+
+    fn numbers(value: &serde_json::Value) -> Vec<f32> {
+        let bytes = BASE64.decode(value.as_str().unwrap().as_bytes()).unwrap();
+        bytes.chunks_exact(4).map(|word| f32::from_le_bytes(word.try_into().unwrap())).collect()
+    }
+
+    #[test]
+    fn a_title_cannot_break_out_of_the_page() {
+        let title = r#"</script><script>alert(1)</script><!-- "it's" {{data}} & {{title}}"#;
+        let demo = Demo::new(3, 4);
+        let page = html(&demo.replay(title, None));
+        assert!(!page.contains("alert(1)</script"));
+        assert_eq!(page.matches("</script>").count(), TEMPLATE.matches("</script>").count());
+        assert!(page.contains("<title>&lt;/script&gt;&lt;script&gt;alert(1)"));
+        assert_eq!(data_of(&page)["title"], title);
+    }
+
+    #[test]
+    fn every_number_arrives_within_f32() {
+        let demo = Demo::new(4, 7);
+        let data = data_of(&html(&demo.replay("t", Some(cubesat()))));
+        let knots = numbers(&data["knots"]);
+        assert_eq!(knots.len(), 7 * 16 * 3);
+        for (frame, recorded) in demo.knots.iter().enumerate() {
+            for (knot, point) in recorded.iter().enumerate() {
+                for axis in 0..3 {
+                    assert!((knots[(frame * 16 + knot) * 3 + axis] as f64 - point[axis]).abs() < 1e-7);
+                }
+            }
+        }
+        assert_eq!(numbers(&data["target"]["positions"]).len(), 7 * 3);
+        let attitudes = numbers(&data["target"]["attitudes"]);
+        assert_eq!(attitudes.len(), 7 * 4);
+        assert_eq!(attitudes[4 * 6], demo.attitudes[6].w as f32, "w comes first");
+        assert_eq!(data["cables"].as_array().unwrap().len(), data["rest_lengths"].as_array().unwrap().len());
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_becomes_a_gap() {
+        let demo = Demo::new(3, 4);
+        let data = data_of(&html(&demo.replay("t", Some(cubesat()))));
+        assert!(data["curves"][3]["values"][0].is_null());
+        assert!(data["curves"][3]["values"][3].is_number());
+    }
+
+    #[test]
+    fn thinning_keeps_the_first_and_the_last_frame() {
+        assert!(kept_frames(0, 1).is_empty());
+        assert_eq!(kept_frames(1, 1), [0]);
+        for n_frames in [2, 3, 599, 600, 601, 1200, 3001, 100_000] {
+            for n_knots in [0, 4, 441, 10_000, 1_000_000] {
+                let stride = stride(n_frames, n_knots);
+                let kept = kept_frames(n_frames, stride);
+                assert_eq!((kept[0], kept[kept.len() - 1]), (0, n_frames - 1));
+                assert!(kept.len() <= MAX_FRAMES, "{n_frames} frames of {n_knots} knots: {}", kept.len());
+                assert!(kept.len() * n_knots * 16 <= MAX_KNOT_BYTES.max(2 * 16 * n_knots));
+                assert!(kept.is_sorted_by(|a, b| a < b), "no frame twice");
+            }
+        }
+        assert_eq!(stride(600, 441), 1);
+    }
+
+    #[test]
+    fn a_large_run_stays_below_ten_megabytes() {
+        let demo = Demo::new(21, 1201);
+        let page = html(&demo.replay("21 by 21 knots", Some(cubesat())));
+        let data = data_of(&page);
+        assert_eq!(data["stride"], 3);
+        assert_eq!(data["times"].as_array().unwrap().len(), 401);
+        assert_eq!(data["times"][400], 3.0);
+        assert!(page.len() < 10_000_000, "{} bytes", page.len()); // measured 2.94 MB
+    }
+
+    #[test]
+    fn a_run_without_frames_still_makes_a_page() {
+        let mut demo = Demo::new(3, 2);
+        demo.times.clear();
+        demo.knots.clear();
+        let mut replay = demo.replay("nothing", None);
+        replay.curves.clear();
+        assert_eq!(data_of(&html(&replay))["n_recorded"], 0);
+    }
+
+    /// Writes pages to look at; prints where.
+    #[test]
+    #[ignore = "writes files to look at"]
+    fn pages_to_look_at() {
+        let directory = std::env::temp_dir().join("tumblenet-replay");
+        std::fs::create_dir_all(&directory).unwrap();
+        let (small, large) = (Demo::new(11, 301), Demo::new(21, 1201));
+        let title = "3U Cubesat tumbling at 2 rad/s about x, closing thread";
+        for (name, replay) in [
+            ("capture", small.replay(title, Some(cubesat()))),
+            ("deployment", small.replay("Deployment only", None)),
+            ("large", large.replay("21 by 21 knots", Some(cubesat()))),
+        ] {
+            let (path, page) = (directory.join(name).with_extension("html"), html(&replay));
+            std::fs::write(&path, &page).unwrap();
+            println!("{} {:.2} MB", path.display(), page.len() as f64 / 1e6);
+        }
+    }
+}
