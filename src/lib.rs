@@ -1,23 +1,24 @@
 //! tumblenet
-pub mod assets;
-pub mod geometry;
 pub mod problems;
-pub mod quantity;
 pub mod read;
-pub mod net {
-    pub mod spec;
-}
+pub mod quantity;
+pub mod assets;
+pub mod cable;
 pub mod solver;
+pub mod net;
+pub mod geometry;
 pub mod target;
-pub mod effects {
-    #[derive(
-        Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
-    )]
-    pub struct Effects {}
-}
-pub mod scene {
-    pub mod schema;
-}
-pub mod report {
-    pub mod replay;
-}
+pub mod state;
+pub mod world;
+pub mod cables;
+pub mod contact;
+pub mod effects;
+pub mod ledger;
+pub mod scene;
+pub mod case;
+pub mod simulation;
+pub mod run;
+pub mod provenance;
+pub mod metrics;
+pub mod study;
+pub mod report;

@@ -18,6 +18,12 @@ pub struct Solver {
     /// Sub-steps of the engine within a step, at which cables and contacts act.
     #[schemars(range(min = 1, max = 1000))]
     pub substeps: u32,
+    /// Gauss-Seidel sweeps over all cable and contact rows in each sub-step: at least so many.
+    #[schemars(range(min = 1, max = 1000))]
+    pub sweeps: u32,
+    /// At most so many, while a step gains energy (see `world::sweeps`).
+    #[schemars(range(min = 1, max = 1000))]
+    pub sweeps_max: u32,
     /// Gauss-Seidel passes over the cables that snap taut within a step; 0: snaps are left to the engine.
     #[schemars(range(max = 1000))]
     pub snap_passes: u32,
@@ -35,6 +41,8 @@ impl Default for Solver {
             contact: ContactModel::Rapier,
             step_s: Positive(0.001),
             substeps: 4,
+            sweeps: 2,
+            sweeps_max: 64,
             snap_passes: 4,
             restitution: 0.0,
             precision: Precision::F64,

@@ -1,0 +1,151 @@
+//! The only tension law: a cable that pulls and cannot push (Kelvin–Voigt, Eq. 3.1 to 3.4).
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | k = E A / l₀ | axial stiffness (Eq. 3.1) | N/m |
+//! | c = 2 ξ √(m k) | damping (Eq. 3.4) | N s/m |
+//! | l₀, r, ṙ | unstretched length, length, its rate | m, m/s |
+//! | mₑ = mₐ m_b / (mₐ + m_b) | reduced mass of the two end knots | kg |
+//! | ω = √(k / mₑ), ζ = c / (2 mₑ ω) | natural frequency and damping ratio of the pair | rad/s, - |
+//!
+//! Assumptions: the cable has no mass of its own (its mass is lumped on the knots, Eq. 3.2) and no
+//! bending stiffness. Departure from the source: Eq. 3.4 gives each end of a cable its own c;
+//! we use the lesser knot mass for both, so that the two ends feel opposite forces and momentum is
+//! kept.
+
+/// A cable between two knots.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cable {
+    /// Index of the first end knot.
+    pub a: usize,
+    /// Index of the second end knot.
+    pub b: usize,
+    /// Unstretched length l₀ [m].
+    pub rest_length: f64,
+    /// Axial stiffness k [N/m].
+    pub stiffness: f64,
+    /// Damping c [N s/m].
+    pub damping: f64,
+    /// Reduced mass mₑ of the two end knots [kg].
+    pub reduced_mass: f64,
+    /// Tension at which it breaks, strength times cross-section [N].
+    pub breaking_tension: f64,
+}
+
+/// Axial stiffness of a cable, Eq. 3.1 [N/m].
+pub fn stiffness(young_modulus: f64, cross_section: f64, rest_length: f64) -> f64 {
+    young_modulus * cross_section / rest_length
+}
+
+/// Damping of a cable, Eq. 3.4 [N s/m].
+pub fn damping(damping_ratio: f64, knot_mass: f64, stiffness: f64) -> f64 {
+    2.0 * damping_ratio * (knot_mass * stiffness).sqrt()
+}
+
+impl Cable {
+    /// Tension (Eq. 3.3) [N], positive when it pulls the ends together.
+    ///
+    /// T = max(0, k (r − l₀) + c ṙ) while r > l₀, else 0.
+    pub fn tension(&self, length: f64, stretch_rate: f64) -> f64 {
+        if length <= self.rest_length {
+            return 0.0; // slack
+        }
+        (self.stiffness * (length - self.rest_length) + self.damping * stretch_rate).max(0.0)
+    }
+
+    /// Elastic energy [J]: U = k (r − l₀)² / 2 while r > l₀, else 0.
+    pub fn energy(&self, length: f64) -> f64 {
+        let stretch = (length - self.rest_length).max(0.0);
+        0.5 * self.stiffness * stretch * stretch
+    }
+
+    /// Natural frequency ω of the two end knots on this cable [rad/s].
+    pub fn natural_frequency(&self) -> f64 {
+        (self.stiffness / self.reduced_mass).sqrt()
+    }
+
+    /// Damping ratio ζ of the two end knots on this cable [-].
+    pub fn damping_ratio(&self) -> f64 {
+        self.damping / (2.0 * self.reduced_mass * self.natural_frequency())
+    }
+
+    /// Time from going taut to going slack again, half a damped period [s]; infinite when ζ ≥ 1.
+    pub fn snap_time(&self) -> f64 {
+        let zeta = self.damping_ratio();
+        if zeta >= 1.0 {
+            return f64::INFINITY;
+        }
+        std::f64::consts::PI / (self.natural_frequency() * (1.0 - zeta * zeta).sqrt())
+    }
+
+    /// Speed of parting over speed of closing when a cable snaps taut and goes slack again [-].
+    ///
+    /// The free solution after going taut is r − l₀ = (ṙ₀ / ω_d) e^(−ζωt) sin ω_d t, so the half
+    /// cycle ends with e = exp(−π ζ / √(1 − ζ²)). From ζ = 1 on nothing comes back.
+    pub fn snap_restitution(&self) -> f64 {
+        let zeta = self.damping_ratio();
+        if zeta >= 1.0 {
+            return 0.0;
+        }
+        (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp()
+    }
+
+    /// Largest stretch within a snap that begins at `stretch_rate` [m].
+    ///
+    /// At ω_d t = arctan(√(1 − ζ²) / ζ): (ṙ₀ / ω) exp(−ζ / √(1 − ζ²) · ω_d t).
+    pub fn snap_stretch(&self, stretch_rate: f64) -> f64 {
+        let zeta = self.damping_ratio().min(1.0 - 1e-9);
+        let root = (1.0 - zeta * zeta).sqrt();
+        stretch_rate / self.natural_frequency() * (-zeta / root * root.atan2(zeta)).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cable() -> Cable {
+        Cable {
+            a: 0,
+            b: 1,
+            rest_length: 2.0,
+            stiffness: 100.0,
+            damping: 0.5,
+            reduced_mass: 0.25,
+            breaking_tension: 1.0,
+        }
+    }
+
+    #[test]
+    fn slack_cable_neither_pulls_nor_pushes() {
+        assert_eq!(cable().tension(2.0, 5.0), 0.0);
+        assert_eq!(cable().tension(1.0, -5.0), 0.0);
+        assert_eq!(cable().energy(1.0), 0.0);
+        assert_eq!(cable().tension(2.01, -5.0), 0.0, "a dashpot does not push");
+    }
+
+    #[test]
+    fn taut_cable_pulls_by_stretch_and_rate() {
+        assert!((cable().tension(2.1, 2.0) - (100.0 * 0.1 + 0.5 * 2.0)).abs() < 1e-12);
+        // The force is the slope of the energy.
+        let slope = (cable().energy(2.1 + 1e-6) - cable().energy(2.1 - 1e-6)) / 2e-6;
+        assert!((slope - cable().tension(2.1, 0.0)).abs() < 1e-6);
+    }
+
+    /// The closed forms of a snap against a fine integration of Eq. 3.3 in its linear range.
+    #[test]
+    fn snap_matches_the_integrated_half_cycle() {
+        let cable = cable();
+        let (mut stretch, mut rate, mut time, mut largest) = (0.0_f64, 1.0_f64, 0.0, 0.0_f64);
+        let dt = 1e-6;
+        while stretch >= 0.0 {
+            rate -= dt * (cable.stiffness * stretch + cable.damping * rate) / cable.reduced_mass;
+            stretch += dt * rate;
+            time += dt;
+            largest = largest.max(stretch);
+        }
+        assert!((-rate - cable.snap_restitution()).abs() < 1e-5, "{rate}");
+        assert!((time - cable.snap_time()).abs() < 1e-5, "{time}");
+        assert!((largest - cable.snap_stretch(1.0)).abs() < 1e-6, "{largest}");
+    }
+}

@@ -1,0 +1,31 @@
+//! `tumblenet check`: reads and checks, runs nothing.
+
+use clap::Args;
+use tumblenet::case::Case;
+use tumblenet::problems::Problems;
+
+use super::{Error, print};
+
+/// Arguments of `check`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene files, or names of built-in scenes.
+    #[arg(required = true)]
+    scenes: Vec<String>,
+}
+
+/// Checks every scene and reports all faults of all of them.
+pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    let mut bad: Vec<Problems> = Vec::new();
+    for scene in &arguments.scenes {
+        match Case::load(scene, &[]) {
+            Ok(case) => print(&format!("{scene}: ok, {}", case.scene.title))?,
+            Err(problems) => bad.push(problems),
+        }
+    }
+    let Some(last) = bad.pop() else { return Ok(()) };
+    for problems in bad {
+        eprintln!("error: {problems}");
+    }
+    Err(last.into())
+}

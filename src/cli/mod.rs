@@ -1,0 +1,105 @@
+//! The commands, one file each.
+
+mod check;
+mod list;
+mod run;
+mod show;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use tumblenet::problems::Problems;
+use tumblenet::report::files::WriteError;
+use tumblenet::simulation::Failure;
+
+/// Tether-net capture of tumbling space debris, on the Rapier rigid-body engine.
+///
+/// Without a command, runs the built-in default scene.
+#[derive(Parser)]
+#[command(version, about, long_about = None)]
+struct Program {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Runs one scene, or an ensemble of it.
+    Run(run::Arguments),
+    /// Reads and checks scenes, without running them.
+    Check(check::Arguments),
+    /// Lists what is built in: scenes, shapes, materials.
+    List,
+    /// Shows a scene with every default filled in, and what a run of it consists of.
+    Show(show::Arguments),
+    /// Prints the JSON Schema of scenes.
+    Schema,
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// A table for a person.
+    Text,
+    /// JSON for a program.
+    Json,
+}
+
+/// Why a command ends without success.
+#[derive(Debug, thiserror::Error)]
+enum Error {
+    #[error("{0}")]
+    Input(#[from] Problems),
+    #[error("{0}")]
+    Run(#[from] Failure),
+    #[error("{0}")]
+    Write(#[from] WriteError),
+    /// Results were written, but are not what the scene expects.
+    #[error("{0}")]
+    Expectation(String),
+}
+
+impl Error {
+    fn status(&self) -> u8 {
+        match self {
+            Error::Input(_) => 2,
+            Error::Run(_) | Error::Write(_) | Error::Expectation(_) => 1,
+        }
+    }
+}
+
+/// Runs the command of the command line.
+pub fn main() -> ExitCode {
+    let program = Program::parse();
+    let done = match program.command {
+        None => run::default_scene(),
+        Some(Command::Run(arguments)) => run::main(&arguments),
+        Some(Command::Check(arguments)) => check::main(&arguments),
+        Some(Command::List) => list::main(),
+        Some(Command::Show(arguments)) => show::main(&arguments),
+        Some(Command::Schema) => print(&json(&tumblenet::read::schema::<tumblenet::scene::schema::Scene>())),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.status())
+        }
+    }
+}
+
+/// Prints `text` to standard output; a reader that has gone away (`| head`) is no error.
+fn print(text: &str) -> Result<(), Error> {
+    use std::io::Write;
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(WriteError::new(std::path::Path::new("standard output"), error).into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// `value` as JSON; what the program prints is plain data and always becomes JSON.
+fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string_pretty(value).unwrap_or_default()
+}

@@ -1,0 +1,148 @@
+//! `tumblenet run`: one scene, or an ensemble of it.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use tumblenet::case::Case;
+use tumblenet::metrics::capture::Curves;
+use tumblenet::metrics::summary::Summary;
+use tumblenet::report::{files, results, table};
+use tumblenet::run::Run;
+use tumblenet::scene;
+use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
+
+use super::{Error, Format, json, print};
+
+/// Arguments of `run`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file, or name of a built-in scene.
+    scene: String,
+    /// Folder for the results; left out: results/NAME.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Changes a value of the scene first: `solver.step_s=0.0005`, `target.spin_rad_s.0=2`; `null` removes a key.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    changes: Vec<String>,
+    /// How the result is printed.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Runs N copies whose folded knots differ by up to `--perturb` metres.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    ensemble: Option<u32>,
+    /// Largest displacement of a knot along each axis [m].
+    #[arg(long, value_name = "METRES", default_value_t = 1e-6, requires = "ensemble")]
+    perturb: f64,
+    /// Seed of the perturbations.
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "ensemble")]
+    seed: u64,
+}
+
+/// Runs the built-in default scene.
+pub fn default_scene() -> Result<(), Error> {
+    let case = Case::load(scene::DEFAULT, &[])?;
+    let out = default_folder(&case);
+    let summary = one(&case, &out)?;
+    print(&table::summary(&summary))?;
+    print(&format!(
+        "\nLook at it: open {} in a browser.\nMore scenes: `tumblenet list`; another run: `tumblenet run NAME`.",
+        out.join("replay.html").display()
+    ))?;
+    met(&case, &summary)
+}
+
+/// Runs the scene of the arguments.
+pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    let case = Case::load(&arguments.scene, &arguments.changes)?;
+    let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
+    if let Some(members) = arguments.ensemble {
+        let request =
+            Request { members: members as usize, perturb_m: arguments.perturb, seed: arguments.seed };
+        return many(&case, &request, &out, arguments.format);
+    }
+    let summary = one(&case, &out)?;
+    match arguments.format {
+        Format::Json => print(&json(&summary))?,
+        Format::Text => {
+            print(&table::summary(&summary))?;
+            print(&format!("Results: {}", out.display()))?;
+        }
+    }
+    met(&case, &summary)
+}
+
+fn default_folder(case: &Case) -> PathBuf {
+    Path::new("results").join(&case.name)
+}
+
+fn one(case: &Case, out: &Path) -> Result<Summary, Error> {
+    // Before the run, not after: an unwritable folder should cost no run.
+    files::make_folder(out)?;
+    let bar = progress_bar(1000, &case.name);
+    let run = Run::of(case, |share| bar.set_position((1000.0 * share) as u64))?;
+    bar.finish_and_clear();
+    let curves = Curves::of(case, &run);
+    let summary = Summary::of(case, &run, &curves);
+    results::write(out, case, &run, &curves, &summary)?;
+    Ok(summary)
+}
+
+/// Whether the summary is what the scene expects.
+fn met(case: &Case, summary: &Summary) -> Result<(), Error> {
+    let missed = summary.missed(&case.scene.expect);
+    if missed.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Expectation(format!("{} is not what it expects:\n  {}", case.name, missed.join("\n  "))))
+}
+
+fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<(), Error> {
+    // Each member is kept as it ends, in a folder of its own request: an interrupted ensemble goes
+    // on where it was.
+    let folder = out.join("members").join(format!(
+        "{}-{:e}-{}-{}",
+        case.hash,
+        request.perturb_m,
+        request.seed,
+        env!("CARGO_PKG_VERSION")
+    ));
+    files::make_folder(&folder)?;
+    let place = |member: usize| folder.join(format!("{member:06}.json"));
+    let known: Vec<Member> = (0..request.members)
+        .filter_map(|member| serde_json::from_slice(&std::fs::read(place(member)).ok()?).ok())
+        .collect();
+    let bar = progress_bar(request.members as u64, &case.name);
+    bar.set_position(known.len() as u64);
+    let unwritten = std::sync::Mutex::new(None);
+    let members = ensemble::run(case, request, known, |member| {
+        if let Err(error) = results::json(&place(member.member), member) {
+            unwritten.lock().unwrap_or_else(|poison| poison.into_inner()).get_or_insert(error);
+        }
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    if let Some(error) = unwritten.into_inner().unwrap_or_else(|poison| poison.into_inner()) {
+        return Err(error.into());
+    }
+    let ensemble = Ensemble::of(case, request, &members);
+    results::json(&out.join("ensemble.json"), &ensemble)?;
+    match format {
+        Format::Json => print(&json(&ensemble)),
+        Format::Text => {
+            print(&table::ensemble(&ensemble))?;
+            print(&format!("Results: {}", out.join("ensemble.json").display()))
+        }
+    }
+}
+
+/// Shown on a terminal, and nowhere else.
+fn progress_bar(length: u64, name: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length).with_message(name.to_owned());
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta} left") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,181 @@
+//! The energy ledger: what net and target have, and where the rest went.
+//!
+//! At any time
+//!
+//! E₀ + Σ work of effects + work of a driven target
+//!   = kinetic + elastic + stored by effects + taken by cables + taken by contact + residual.
+//!
+//! Within a step the momentum of a knot changes by the impulses of its contacts, of effects and of
+//! its cables, and its kinetic energy by Δp · (v⁻ + v⁺) / 2, exactly. Contact impulses are read
+//! from the engine and forces of effects are known, so what is left of Δp is the cables'. "Taken by
+//! cables" is the work against them less what they hold as elastic energy: the viscous loss of
+//! Eq. 3.3, of snaps, and what the implicit step damps.
+//!
+//! The residual is what contact impulses on the target and the target's own motion do not agree
+//! on: it shows an impulse misread, a turning body integrated badly, and a work term forgotten. It
+//! cannot show a cable that takes too much: compare with finer steps for that.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::cable::Cable;
+use crate::effects::Effect;
+use crate::net::Net;
+use crate::state::{State, relative_velocity};
+use crate::target::Target;
+use crate::target::spec::Motion;
+
+/// Energies and works since the start [J].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// All energy at the start.
+    pub start: f64,
+    /// Kinetic energy of the net and its bullets.
+    pub kinetic_net: f64,
+    /// Kinetic energy of the target.
+    pub kinetic_target: f64,
+    /// Elastic energy of the cables.
+    pub elastic: f64,
+    /// Energy stored by effects.
+    pub stored: f64,
+    /// Taken by cables since the start.
+    pub cables: f64,
+    /// Taken by contact, normal to the surface, since the start.
+    pub contact: f64,
+    /// Work done by whatever keeps a `spinning` target turning.
+    pub drive: f64,
+    /// Work of each effect, in the order of the list.
+    pub effects: Vec<f64>,
+}
+
+impl Ledger {
+    /// Energy of net and target now [J].
+    pub fn mechanical(&self) -> f64 {
+        self.kinetic_net + self.kinetic_target + self.elastic + self.stored
+    }
+
+    /// Energy of net and target less what came in from outside [J]: it may fall, and must not rise.
+    pub fn own(&self) -> f64 {
+        self.mechanical() - self.drive - self.effects.iter().sum::<f64>()
+    }
+
+    /// Energy that is nowhere in the ledger [J]; negative when too much was found.
+    pub fn residual(&self) -> f64 {
+        self.start - self.own() - self.cables - self.contact
+    }
+}
+
+/// Keeps the ledger and the momenta of a run.
+pub struct Bookkeeper {
+    net_mass: Vec<f64>,
+    cables: Vec<Cable>,
+    target: Option<TargetMass>,
+    /// The ledger so far.
+    pub ledger: Ledger,
+    /// Impulse from outside net and free target since the start [N s].
+    pub outside_impulse: Vector3<f64>,
+    /// Angular impulse from outside, about the origin, since the start [N m s].
+    pub outside_angular_impulse: Vector3<f64>,
+    /// Times each effect acted.
+    pub effect_counts: Vec<u64>,
+}
+
+struct TargetMass {
+    mass: f64,
+    inertia: Matrix3<f64>,
+    motion: Motion,
+}
+
+impl Bookkeeper {
+    /// Opens the ledger at `state`.
+    pub fn open(net: &Net, target: Option<&Target>, effects: &[Box<dyn Effect>], state: &State) -> Self {
+        let mut keeper = Bookkeeper {
+            net_mass: net.mass.clone(),
+            cables: net.cables.clone(),
+            target: target.map(|target| TargetMass {
+                mass: target.mass,
+                inertia: target.inertia,
+                motion: target.motion,
+            }),
+            ledger: Ledger { effects: vec![0.0; effects.len()], ..Ledger::default() },
+            outside_impulse: Vector3::zeros(),
+            outside_angular_impulse: Vector3::zeros(),
+            effect_counts: vec![0; effects.len()],
+        };
+        keeper.weigh(state, effects);
+        keeper.ledger.start = keeper.ledger.mechanical();
+        keeper
+    }
+
+    /// Books the step of `step` seconds that led from `before` to `after`.
+    pub fn book(&mut self, before: &State, after: &State, effects: &mut [Box<dyn Effect>], step: f64) {
+        let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
+        self.weigh(after, effects);
+
+        let held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
+        let mut on_knots = 0.0; // work of contacts and effects on the knots
+        for contact in &after.contacts {
+            let impulse = contact.impulse_on_knot();
+            let mean = 0.5 * (before.knots.velocity[contact.knot] + after.knots.velocity[contact.knot]);
+            let sliding = relative_velocity(contact, before, after);
+            on_knots += impulse.dot(&mean);
+            self.ledger.contact -= contact.impulse * contact.normal.dot(&sliding);
+            if held {
+                // A held target passes the impulse to the outside; the work of its moving surface
+                // comes from what drives it.
+                self.outside_impulse += impulse;
+                self.outside_angular_impulse += contact.point.cross(&impulse);
+                self.ledger.drive += impulse.dot(&(mean - sliding));
+            }
+        }
+        for (knot, force) in after.loads.on_knots.iter().enumerate() {
+            on_knots += step * force.dot(&(0.5 * (before.knots.velocity[knot] + after.knots.velocity[knot])));
+        }
+        for (index, effect) in effects.iter_mut().enumerate() {
+            let posting = effect.account(before, after);
+            self.ledger.effects[index] += posting.work;
+            self.outside_impulse += posting.impulse;
+            self.outside_angular_impulse += posting.angular_impulse;
+            self.effect_counts[index] += posting.count;
+        }
+        // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
+        let by_cables = (self.ledger.kinetic_net - kinetic) - on_knots;
+        self.ledger.cables -= by_cables + (self.ledger.elastic - elastic);
+    }
+
+    fn weigh(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
+        let speeds = self.net_mass.iter().zip(&state.knots.velocity);
+        self.ledger.kinetic_net = speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
+        let position = &state.knots.position;
+        self.ledger.elastic =
+            self.cables.iter().map(|cable| cable.energy((position[cable.b] - position[cable.a]).norm())).sum();
+        self.ledger.kinetic_target = match (&self.target, &state.target) {
+            // The energy of a driven target is its drive's business.
+            (Some(target), Some(body)) if target.motion == Motion::Free => {
+                body.kinetic_energy(target.mass, &target.inertia)
+            }
+            _ => 0.0,
+        };
+        self.ledger.stored = effects.iter().map(|effect| effect.stored_energy(state)).sum();
+    }
+
+    /// Linear momentum of the net and a free target [kg m/s].
+    pub fn momentum(&self, state: &State) -> Vector3<f64> {
+        let net: Vector3<f64> = self.net_mass.iter().zip(&state.knots.velocity).map(|(m, v)| *m * v).sum();
+        net + self.free_target(state).map_or(Vector3::zeros(), |(target, body)| target.mass * body.velocity)
+    }
+
+    /// Angular momentum of the net and a free target about the origin [kg m^2/s].
+    pub fn angular_momentum(&self, state: &State) -> Vector3<f64> {
+        let knots = &state.knots;
+        let moments = self.net_mass.iter().zip(knots.position.iter().zip(&knots.velocity));
+        let net: Vector3<f64> = moments.map(|(m, (x, v))| *m * x.cross(v)).sum();
+        net + self.free_target(state).map_or(Vector3::zeros(), |(target, body)| {
+            target.mass * body.position.cross(&body.velocity) + body.angular_momentum(&target.inertia)
+        })
+    }
+
+    fn free_target<'a>(&'a self, state: &'a State) -> Option<(&'a TargetMass, &'a crate::state::Body)> {
+        let target = self.target.as_ref().filter(|target| target.motion == Motion::Free)?;
+        Some((target, state.target.as_ref()?))
+    }
+}

@@ -1,0 +1,62 @@
+//! What must be kept, and how well it was.
+//!
+//! Residuals are relative to the scene's own scale and account for what effects, a held target and
+//! a driven target put in or took out.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::case::Case;
+use crate::ledger::Ledger;
+use crate::run::Run;
+
+/// Conservation residuals of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Conservation {
+    /// Largest change of linear momentum that nothing outside explains, over the launch momentum [-].
+    pub momentum_residual: f64,
+    /// The same of the angular momentum about the origin, over what the target had at the start plus
+    /// launch momentum times the distance to the target (or the net's half diagonal) [-].
+    pub angular_momentum_residual: f64,
+    /// Largest share of energy that is nowhere in the ledger, over the launch energy [-].
+    pub energy_residual: f64,
+    /// Largest rise of energy between two frames that no input explains, over the launch energy [-].
+    pub energy_rise: f64,
+    /// Kinetic, elastic and stored energy at the start [J].
+    pub energy_start_j: f64,
+    /// The same at the end [J].
+    pub energy_end_j: f64,
+}
+
+impl Conservation {
+    /// The residuals of `run`.
+    pub fn of(case: &Case, run: &Run) -> Conservation {
+        let frames = &run.frames;
+        let last = frames.time.len() - 1;
+        let momentum_scale = case.net.launch_momentum().norm();
+        let arm = case.target.as_ref().map_or(0.5 * case.net.designed_area.sqrt(), |t| t.position.norm());
+        let angular_scale = frames.angular_momentum[0].norm() + momentum_scale * arm;
+        let energy_scale = case.net.launch_energy();
+
+        // What came from outside is known at the end only, so the end is compared with it.
+        let momentum = (frames.momentum[last] - frames.momentum[0] - run.outside_impulse).norm();
+        let angular = frames.angular_momentum[last] - frames.angular_momentum[0];
+        let angular = (angular - run.outside_angular_impulse).norm();
+        let residual = frames.ledger.iter().map(|l| l.residual().abs()).fold(0.0, f64::max);
+        let own: Vec<f64> = frames.ledger.iter().map(Ledger::own).collect();
+        let rise = own.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        Conservation {
+            momentum_residual: relative(momentum, momentum_scale),
+            angular_momentum_residual: relative(angular, angular_scale),
+            energy_residual: relative(residual, energy_scale),
+            energy_rise: relative(rise, energy_scale),
+            energy_start_j: frames.ledger[0].mechanical(),
+            energy_end_j: frames.ledger[last].mechanical(),
+        }
+    }
+}
+
+/// `value` over `scale`; a scene that has no scale (a net at rest) reports the value itself.
+fn relative(value: f64, scale: f64) -> f64 {
+    if scale > 0.0 { value / scale } else { value }
+}

@@ -1,0 +1,6 @@
+//! Numbers from a run: deployment, capture, conservation, and the summary that holds them.
+
+pub mod capture;
+pub mod conservation;
+pub mod deployment;
+pub mod summary;

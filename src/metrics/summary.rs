@@ -1,0 +1,283 @@
+//! The summary of a run: `summary.json`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::capture::{Capture, Curves};
+use super::conservation::Conservation;
+use super::deployment::Deployment;
+use crate::case::Case;
+use crate::provenance::Provenance;
+use crate::read;
+use crate::run::Run;
+use crate::scene::schema::Expect;
+use crate::solver::Solver;
+use crate::target::spec::Motion;
+
+/// Everything a run has to say in numbers; a block that does not apply is absent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Summary {
+    /// The scene's title.
+    pub title: String,
+    /// Hash of scene and target.
+    pub scene_hash: String,
+    /// Version of the program.
+    pub version: String,
+    /// The method.
+    pub solver: Solver,
+    /// The active effects.
+    pub effects: Vec<String>,
+    /// Wall time of the simulation [s].
+    pub wall_s: f64,
+    /// Simulated time [s].
+    pub simulated_s: f64,
+    /// How the net opened.
+    pub deployment: Deployment,
+    /// How net and target touched.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactSummary>,
+    /// The verdict.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub capture: Option<Capture>,
+    /// What became of the target.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<TargetSummary>,
+    /// What the cables bore.
+    pub cables: CableSummary,
+    /// What was kept.
+    pub conservation: Conservation,
+    /// Time until which the run agrees with a finer or perturbed one [s]; null where not studied.
+    pub trust_horizon_s: Option<f64>,
+    /// Work done, in counts: exact, whatever the machine.
+    pub work: WorkSummary,
+    /// Share of the wall time by stage and effect [-].
+    pub time_shares: std::collections::BTreeMap<String, f64>,
+    /// What made these numbers.
+    pub provenance: Provenance,
+}
+
+/// How net and target touched.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ContactSummary {
+    /// End of the step with the first impulse [s]; null without any.
+    pub first_contact_s: Option<f64>,
+    /// Largest impulse of one contact within a step [N s].
+    pub max_impulse_n_s: f64,
+    /// The same over the step, as a force [N].
+    pub max_force_n: f64,
+    /// Deepest overlap [m].
+    pub max_penetration_m: f64,
+    /// Steps in which contacts were looked for.
+    pub detections: u64,
+    /// Contacts, summed over the steps.
+    pub contacts: u64,
+}
+
+/// What became of the target.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TargetSummary {
+    /// Displacement of the centre of mass [m].
+    pub displacement_m: [f64; 3],
+    /// Angular velocity at the end, body frame [rad/s].
+    pub spin_rad_s: [f64; 3],
+    /// Largest change of the angular velocity, local frame, while free of other torques [rad/s]; null for a held target.
+    pub max_rate_change_rad_s: Option<f64>,
+}
+
+/// What the cables bore.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CableSummary {
+    /// Largest tension [N].
+    pub max_tension_n: f64,
+    /// Largest strain, tension over E A [-].
+    pub max_strain: f64,
+    /// Least breaking tension over tension [-]; null when no cable was ever taut.
+    pub safety_factor: Option<f64>,
+}
+
+/// Work done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct WorkSummary {
+    /// Rigid bodies.
+    pub bodies: usize,
+    /// Colliders.
+    pub colliders: usize,
+    /// Cable joints.
+    pub joints: usize,
+    /// Steps.
+    pub steps: u64,
+    /// Cable rows, summed over the steps.
+    pub cable_rows: u64,
+    /// Cables that snapped taut within a step.
+    pub snaps: u64,
+    /// Sweeps over all rows, summed over the sub-steps.
+    pub sweeps: u64,
+}
+
+impl Summary {
+    /// The summary of `run`, with the capture curves worked out before.
+    pub fn of(case: &Case, run: &Run, curves: &Curves) -> Summary {
+        let has_target = case.target.is_some();
+        let step = case.scene.solver.step_s.0;
+        let extremes = &run.extremes;
+        Summary {
+            title: case.scene.title.clone(),
+            scene_hash: case.hash.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            solver: case.scene.solver,
+            effects: run.effects.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            wall_s: run.wall.as_secs_f64(),
+            simulated_s: run.work.steps as f64 * step,
+            deployment: Deployment::of(case, run),
+            contact: has_target.then_some(ContactSummary {
+                first_contact_s: extremes.first_contact,
+                max_impulse_n_s: extremes.impulse,
+                max_force_n: extremes.impulse / step,
+                max_penetration_m: extremes.penetration,
+                detections: run.work.detections,
+                contacts: run.work.contacts,
+            }),
+            capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
+            target: target_summary(case, run),
+            cables: CableSummary {
+                max_tension_n: extremes.tension,
+                max_strain: extremes.strain,
+                safety_factor: (extremes.utilisation > 0.0).then(|| 1.0 / extremes.utilisation),
+            },
+            conservation: Conservation::of(case, run),
+            trust_horizon_s: None,
+            work: WorkSummary {
+                bodies: run.census.bodies,
+                colliders: run.census.colliders,
+                joints: run.census.joints,
+                steps: run.work.steps,
+                cable_rows: run.work.cable_rows,
+                snaps: run.work.snaps,
+                sweeps: run.work.sweeps,
+            },
+            time_shares: time_shares(run),
+            provenance: Provenance::here(),
+        }
+    }
+
+    /// Every number of the summary as `block.name`, in the order of the schema.
+    pub fn scalars(&self) -> Vec<(String, f64)> {
+        let mut scalars = Vec::new();
+        // A summary is plain data: it always becomes JSON.
+        collect_scalars("", &serde_json::to_value(self).unwrap_or_default(), &mut scalars);
+        scalars
+    }
+
+    /// What of `expect` does not hold, in words.
+    pub fn missed(&self, expect: &Expect) -> Vec<String> {
+        let mut missed = Vec::new();
+        let captured = self.capture.map(|capture| capture.captured);
+        if let (Some(expected), Some(found)) = (expect.captured, captured)
+            && expected != found
+        {
+            missed.push(format!("capture.captured: expected {expected}, found {found}"));
+        }
+        let scalars = self.scalars();
+        for (name, [low, high]) in &expect.within {
+            match scalars.iter().find(|(known, _)| known == name) {
+                Some((_, value)) if (*low..=*high).contains(value) => {}
+                Some((_, value)) => missed.push(format!("{name}: expected {low} to {high}, found {value}")),
+                None => missed.push(format!("{name}: expected {low} to {high}, found nothing")),
+            }
+        }
+        missed
+    }
+
+    /// Names of all numbers that a summary may hold.
+    pub fn scalar_names() -> Vec<String> {
+        let schema = read::schema::<Summary>();
+        let mut names = Vec::new();
+        collect_names("", &schema, &schema, &mut names);
+        names
+    }
+}
+
+fn target_summary(case: &Case, run: &Run) -> Option<TargetSummary> {
+    let target = case.target.as_ref()?;
+    let (first, last) = (run.frames.target.first()?, run.frames.target.last()?);
+    let change = |body: &crate::state::Body| (body.rate - first.rate).norm();
+    Some(TargetSummary {
+        displacement_m: (last.position - first.position).into(),
+        spin_rad_s: last.spin().into(),
+        max_rate_change_rad_s: (target.motion == Motion::Free)
+            .then(|| run.frames.target.iter().map(change).fold(0.0, f64::max)),
+    })
+}
+
+fn time_shares(run: &Run) -> std::collections::BTreeMap<String, f64> {
+    let stages = &run.work.stages;
+    let total = run.wall.as_secs_f64().max(f64::MIN_POSITIVE);
+    let mut shares: std::collections::BTreeMap<String, f64> = [
+        ("cables", stages.cables),
+        ("world", stages.world),
+        ("contact", stages.contact),
+        ("observe", stages.observe),
+    ]
+    .into_iter()
+    .map(|(name, time)| (name.to_owned(), time.as_secs_f64() / total))
+    .collect();
+    for ((name, _), time) in run.effects.iter().zip(&run.work.effects) {
+        shares.insert(format!("effects.{name}"), time.as_secs_f64() / total);
+    }
+    shares
+}
+
+fn collect_scalars(path: &str, value: &Value, scalars: &mut Vec<(String, f64)>) {
+    match value {
+        Value::Number(number) => scalars.extend(number.as_f64().map(|number| (path.to_owned(), number))),
+        Value::Object(map) => {
+            for (key, value) in map {
+                collect_scalars(&read::join(path, key), value, scalars);
+            }
+        }
+        Value::Array(list) => {
+            for (index, value) in list.iter().enumerate() {
+                collect_scalars(&format!("{path}.{index}"), value, scalars);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Walks the schema as `collect_scalars` walks the value.
+fn collect_names(path: &str, schema: &Value, root: &Value, names: &mut Vec<String>) {
+    if let Some(reference) = schema["$ref"].as_str() {
+        if let Some(target) = root.pointer(reference.trim_start_matches('#')) {
+            collect_names(path, target, root, names);
+        }
+        return;
+    }
+    for form in schema["anyOf"].as_array().into_iter().flatten() {
+        collect_names(path, form, root, names);
+    }
+    for (key, below) in schema["properties"].as_object().into_iter().flatten() {
+        collect_names(&read::join(path, key), below, root, names);
+    }
+    let is = |name: &str| schema["type"] == name || schema["type"].as_array().is_some_and(|t| t.contains(&name.into()));
+    if is("number") || is("integer") {
+        names.push(path.to_owned());
+    } else if is("array") {
+        for index in 0..schema["maxItems"].as_u64().unwrap_or(0) {
+            collect_names(&format!("{path}.{index}"), &schema["items"], root, names);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_the_contract_are_known() {
+        let names = Summary::scalar_names();
+        for name in ["deployment.max_area_m2", "contact.first_contact_s", "target.displacement_m.0", "capture.cqi"] {
+            assert!(names.iter().any(|known| known == name), "{name} not in {names:?}");
+        }
+    }
+}

@@ -1,0 +1,375 @@
+//! The net: knots, cables and bullets, folded in its container and about to be shot.
+//!
+//! Knots of the grid are numbered row by row (rows along Y, columns along Z), middle knots after
+//! them, cable by cable. The deployed net lies in the plane X = 0 around the origin; X is the
+//! travelling direction.
+//!
+//! Lumping (Eq. 3.2): a knot carries half of each cable that ends at it, a corner carries the
+//! bullet instead. With edge cables like the inner ones this is 2 ρ A l₀ inside and 3/2 ρ A l₀ on
+//! an edge.
+
+pub mod fold;
+pub mod spec;
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use crate::assets::Kind;
+use crate::cable::{self, Cable};
+use crate::problems::Problems;
+use crate::read;
+use spec::{EdgeCable, Launch, Material, MaterialChoice};
+
+/// Most knots a net may have; beyond it memory and patience end before the physics does.
+pub const MAX_KNOTS: u64 = 250_000;
+
+/// A checked net.
+#[derive(Clone, Debug)]
+pub struct Net {
+    /// Grid knots along Y and along Z.
+    pub grid: [usize; 2],
+    /// Mass of each knot [kg].
+    pub mass: Vec<f64>,
+    /// Radius of each knot's ball: that of its thickest cable [m].
+    pub radius: Vec<f64>,
+    /// All cables, in pieces where they carry middle knots.
+    pub cables: Vec<Cable>,
+    /// The four corner knots, in order around the mouth.
+    pub bullets: [usize; 4],
+    /// Knots around the mouth, in order, starting at the first bullet.
+    pub perimeter: Vec<usize>,
+    /// Area of the fully deployed net [m^2].
+    pub designed_area: f64,
+    /// Positions in the container [m].
+    pub folded: Vec<Vector3<f64>>,
+    /// Velocities just after the shot [m/s].
+    pub launch_velocity: Vec<Vector3<f64>>,
+}
+
+impl Net {
+    /// Builds the net of `spec`, shot as `launch` says.
+    ///
+    /// Faults go to `problems`, with their places below `net` of the scene.
+    pub fn build(spec: &spec::Net, launch: &Launch, problems: &mut Problems) -> Option<Net> {
+        let inner = Strand::inner(spec, problems)?;
+        let edge = Strand::edge(spec.edge_cable.as_ref(), &inner, problems)?;
+        let n_meshes = spec.meshes.map(|n| n as usize);
+        let middle = spec.middle_knots as usize;
+        let n_lines = n_meshes[0] * (n_meshes[1] + 1) + n_meshes[1] * (n_meshes[0] + 1);
+        let n_grid = (n_meshes[0] + 1) * (n_meshes[1] + 1);
+        let n_knots = (n_grid + n_lines * middle) as u64;
+        if n_knots > MAX_KNOTS {
+            problems.add(
+                "net.meshes",
+                format!("a net of {n_knots} knots"),
+                format!("at most {MAX_KNOTS} knots; use fewer meshes or middle knots"),
+            );
+            return None;
+        }
+
+        let grid = n_meshes.map(|n| n + 1);
+        let sides = spec.mesh_length_m.sides();
+        let lines = grid_lines(grid, middle);
+        let mut net = Net {
+            grid,
+            mass: vec![0.0; n_knots as usize],
+            radius: vec![0.0; n_knots as usize],
+            cables: Vec::with_capacity(n_lines * (middle + 1)),
+            bullets: [
+                0,
+                knot_at(grid, grid[0] - 1, 0),
+                knot_at(grid, grid[0] - 1, grid[1] - 1),
+                knot_at(grid, 0, grid[1] - 1),
+            ],
+            perimeter: Vec::new(),
+            designed_area: sides[0] * n_meshes[0] as f64 * sides[1] * n_meshes[1] as f64,
+            folded: Vec::new(),
+            launch_velocity: vec![Vector3::zeros(); n_knots as usize],
+        };
+        let strand_of = |line: &Line| if line.on_edge { &edge } else { &inner };
+
+        // Masses first: the damping of a cable needs them (Eq. 3.4).
+        for line in &lines {
+            let strand = strand_of(line);
+            let piece = sides[line.along] / (middle + 1) as f64;
+            let half_mass = 0.5 * strand.material.density_kg_m3.0 * strand.cross_section() * piece;
+            for [a, b] in line.pieces() {
+                for knot in [a, b] {
+                    net.mass[knot] += half_mass;
+                    net.radius[knot] = net.radius[knot].max(0.5 * strand.diameter);
+                }
+            }
+        }
+        for bullet in net.bullets {
+            net.mass[bullet] = spec.bullet_mass_kg.0;
+        }
+        for line in &lines {
+            let strand = strand_of(line);
+            let rest_length = sides[line.along] / (middle + 1) as f64;
+            let stiffness =
+                cable::stiffness(strand.material.young_modulus_pa.0, strand.cross_section(), rest_length);
+            for [a, b] in line.pieces() {
+                let (mass_a, mass_b) = (net.mass[a], net.mass[b]);
+                net.cables.push(Cable {
+                    a,
+                    b,
+                    rest_length,
+                    stiffness,
+                    damping: cable::damping(strand.damping_ratio, mass_a.min(mass_b), stiffness),
+                    reduced_mass: mass_a * mass_b / (mass_a + mass_b),
+                    breaking_tension: strand.material.tensile_strength_pa.0 * strand.cross_section(),
+                });
+            }
+        }
+        net.perimeter = perimeter(grid, &lines);
+        net.folded = fold::folded(spec, grid, &lines);
+        if spec.fold.scheme == spec::FoldScheme::Inwards && middle % 2 == 0 {
+            problems.add(
+                "net.fold.scheme",
+                format!("\"inwards\" with {middle} middle knots"),
+                "an odd net.middle_knots: the scheme folds every cable at its middle, where a knot must be",
+            );
+        }
+        net.shoot(launch, [sides[0] * n_meshes[0] as f64, sides[1] * n_meshes[1] as f64]);
+        Some(net)
+    }
+
+    /// Bullets outward along the diagonals of the net, at `angle_deg` from X; all else at rest.
+    fn shoot(&mut self, launch: &Launch, size: [f64; 2]) {
+        let (sin, cos) = launch.angle_deg.to_radians().sin_cos();
+        for (bullet, [y, z]) in self.bullets.into_iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        {
+            let outward = Vector3::new(0.0, y * size[0], z * size[1]).normalize();
+            self.launch_velocity[bullet] = launch.speed_m_s * (cos * Vector3::x() + sin * outward);
+        }
+    }
+
+    /// Number of knots.
+    pub fn n_knots(&self) -> usize {
+        self.mass.len()
+    }
+
+    /// Total mass [kg].
+    pub fn total_mass(&self) -> f64 {
+        self.mass.iter().sum()
+    }
+
+    /// Kinetic energy of the shot [J].
+    pub fn launch_energy(&self) -> f64 {
+        self.mass.iter().zip(&self.launch_velocity).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
+    }
+
+    /// Linear momentum of the shot [kg m/s].
+    pub fn launch_momentum(&self) -> Vector3<f64> {
+        self.mass.iter().zip(&self.launch_velocity).map(|(m, v)| *m * v).sum()
+    }
+}
+
+/// What a cable is made of.
+#[derive(Clone)]
+struct Strand {
+    material: Material,
+    diameter: f64,
+    damping_ratio: f64,
+}
+
+impl Strand {
+    fn inner(spec: &spec::Net, problems: &mut Problems) -> Option<Strand> {
+        Some(Strand {
+            material: material(&spec.cable.material, "net.cable.material", problems)?,
+            diameter: spec.cable.diameter_m.0,
+            damping_ratio: spec.cable.damping_ratio,
+        })
+    }
+
+    fn edge(spec: Option<&EdgeCable>, inner: &Strand, problems: &mut Problems) -> Option<Strand> {
+        let Some(spec) = spec else { return Some(inner.clone()) };
+        let material = match &spec.material {
+            Some(choice) => material(choice, "net.edge_cable.material", problems)?,
+            None => inner.material.clone(),
+        };
+        Some(Strand {
+            material,
+            diameter: spec.diameter_m.map_or(inner.diameter, |diameter| diameter.0),
+            damping_ratio: spec.damping_ratio.unwrap_or(inner.damping_ratio),
+        })
+    }
+
+    /// A = π d² / 4 [m^2].
+    fn cross_section(&self) -> f64 {
+        0.25 * std::f64::consts::PI * self.diameter * self.diameter
+    }
+}
+
+fn material(choice: &MaterialChoice, place: &str, problems: &mut Problems) -> Option<Material> {
+    match choice {
+        MaterialChoice::Inline(material) => Some(material.clone()),
+        MaterialChoice::Named(name) => match Kind::Material.text(name) {
+            Some(text) => {
+                let value = read::parse(text, place, problems)?;
+                read::typed(&value, place, problems)
+            }
+            None => {
+                let choices = Kind::Material.choices();
+                problems.add(place, format!("\"{name}\""), format!("{choices}, or an object of numbers"));
+                None
+            }
+        },
+    }
+}
+
+/// A line of the grid between two neighbouring grid knots.
+pub(crate) struct Line {
+    ends: [usize; 2],
+    /// The middle knots that divide it, from its first end to its second.
+    middle: Range<usize>,
+    /// 0 along Y, 1 along Z.
+    along: usize,
+    on_edge: bool,
+}
+
+impl Line {
+    /// Its pieces, as pairs of knots.
+    fn pieces(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let starts = std::iter::once(self.ends[0]).chain(self.middle.clone());
+        let stops = self.middle.clone().chain(std::iter::once(self.ends[1]));
+        starts.zip(stops).map(|(start, stop)| [start, stop])
+    }
+}
+
+fn knot_at(grid: [usize; 2], row: usize, column: usize) -> usize {
+    row * grid[1] + column
+}
+
+/// All lines of the grid: first those along Y, then those along Z.
+fn grid_lines(grid: [usize; 2], n_middle: usize) -> Vec<Line> {
+    let mut lines = Vec::new();
+    let mut add = |ends, along, on_edge| {
+        let first = grid[0] * grid[1] + lines.len() * n_middle;
+        lines.push(Line { ends, middle: first..first + n_middle, along, on_edge });
+    };
+    for row in 0..grid[0] - 1 {
+        for column in 0..grid[1] {
+            let ends = [knot_at(grid, row, column), knot_at(grid, row + 1, column)];
+            add(ends, 0, column == 0 || column == grid[1] - 1);
+        }
+    }
+    for row in 0..grid[0] {
+        for column in 0..grid[1] - 1 {
+            let ends = [knot_at(grid, row, column), knot_at(grid, row, column + 1)];
+            add(ends, 1, row == 0 || row == grid[0] - 1);
+        }
+    }
+    lines
+}
+
+/// Knots around the mouth: along Y, along Z, and back.
+fn perimeter(grid: [usize; 2], lines: &[Line]) -> Vec<usize> {
+    let (last_row, last_column) = (grid[0] - 1, grid[1] - 1);
+    let corners: Vec<usize> = (0..last_row)
+        .map(|row| knot_at(grid, row, 0))
+        .chain((0..last_column).map(|column| knot_at(grid, last_row, column)))
+        .chain((1..=last_row).rev().map(|row| knot_at(grid, row, last_column)))
+        .chain((1..=last_column).rev().map(|column| knot_at(grid, 0, column)))
+        .collect();
+    let mut around = Vec::new();
+    for (i, &from) in corners.iter().enumerate() {
+        let to = corners[(i + 1) % corners.len()];
+        around.push(from);
+        for line in lines {
+            if line.ends == [from, to] {
+                around.extend(line.middle.clone());
+            } else if line.ends == [to, from] {
+                around.extend(line.middle.clone().rev());
+            }
+        }
+    }
+    around
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn net(changes: serde_json::Value) -> Net {
+        let mut spec = json!({ "meshes": [10, 10], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0,
+            "cable": { "material": "kevlar", "diameter_m": 0.001 } });
+        for (key, value) in changes.as_object().unwrap() {
+            spec[key] = value.clone();
+        }
+        let launch = Launch { speed_m_s: 10.0, angle_deg: 55.0 };
+        let mut problems = Problems::new("test");
+        let net = Net::build(&serde_json::from_value(spec).unwrap(), &launch, &mut problems);
+        assert_eq!(problems.list, vec![]);
+        net.unwrap()
+    }
+
+    #[test]
+    fn masses_follow_eq_3_2() {
+        let net = net(json!({}));
+        let cable_mass = 1440.0 * std::f64::consts::FRAC_PI_4 * 1e-6;
+        assert_eq!(net.n_knots(), 121);
+        assert_eq!(net.cables.len(), 220);
+        assert_eq!(net.mass[0], 1.0);
+        assert!((net.mass[5] - 1.5 * cable_mass).abs() < 1e-12);
+        assert!((net.mass[60] - 2.0 * cable_mass).abs() < 1e-12);
+        // The speed of the centre of mass that Table 3.2 leads to.
+        let speed = net.launch_momentum().x / net.total_mass();
+        assert!((speed - 5.4056).abs() < 5e-5, "{speed}");
+    }
+
+    #[test]
+    fn middle_knots_divide_cables_and_keep_the_mass() {
+        let (plain, divided) = (net(json!({})), net(json!({ "middle_knots": 3 })));
+        assert_eq!(divided.n_knots(), 121 + 3 * 220);
+        assert_eq!(divided.cables.len(), 4 * 220);
+        // What the corners' halves lose differs: a bullet replaces its share of two cables.
+        let lost = 4.0 * 2.0 * (0.5 - 0.125) * 1440.0 * std::f64::consts::FRAC_PI_4 * 1e-6;
+        assert!((divided.total_mass() - plain.total_mass() - lost).abs() < 1e-12);
+    }
+
+    #[test]
+    fn perimeter_goes_once_around() {
+        for middle in [0, 1, 2] {
+            let net = net(json!({ "meshes": [3, 2], "mesh_length_m": [1.0, 2.0], "middle_knots": middle }));
+            let mut seen = net.perimeter.clone();
+            assert_eq!(seen.len(), 10 * (1 + middle));
+            for (i, &from) in net.perimeter.iter().enumerate() {
+                let to = net.perimeter[(i + 1) % net.perimeter.len()];
+                let tied = net.cables.iter().any(|c| [c.a, c.b] == [from, to] || [c.b, c.a] == [from, to]);
+                assert!(tied, "no cable from {from} to {to}");
+            }
+            seen.sort_unstable();
+            seen.dedup();
+            assert_eq!(seen.len(), net.perimeter.len());
+            for bullet in net.bullets {
+                assert!(seen.contains(&bullet));
+            }
+        }
+    }
+
+    #[test]
+    fn edge_cables_are_their_own() {
+        let net = net(json!({ "edge_cable": { "diameter_m": 0.003 } }));
+        assert_eq!(net.radius[60], 0.0005);
+        assert_eq!(net.radius[5], 0.0015);
+        let area = |d: f64| std::f64::consts::FRAC_PI_4 * d * d;
+        let edge_mass = 1440.0 * (area(0.003) + 0.5 * area(0.001));
+        assert!((net.mass[5] - edge_mass).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bullets_fly_outward_along_the_diagonals() {
+        let net = net(json!({ "meshes": [3, 2], "mesh_length_m": [1.0, 2.0] }));
+        for bullet in net.bullets {
+            let (velocity, corner) = (net.launch_velocity[bullet], net.folded[bullet]);
+            assert!((velocity.norm() - 10.0).abs() < 1e-12);
+            assert!((velocity.x - 10.0 * 55f64.to_radians().cos()).abs() < 1e-12);
+            let outward = Vector3::new(0.0, velocity.y, velocity.z);
+            assert!((outward.normalize() - corner.normalize()).norm() < 1e-12);
+        }
+        assert_eq!(net.launch_velocity.iter().filter(|v| v.norm() > 0.0).count(), 4);
+    }
+}

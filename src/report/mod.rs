@@ -1,0 +1,6 @@
+//! From numbers to files and tables.
+
+pub mod files;
+pub mod replay;
+pub mod results;
+pub mod table;

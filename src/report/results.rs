@@ -1,0 +1,189 @@
+//! The result files of a run: `summary.json`, `series.csv`, `trajectory.npz`, `replay.html`.
+
+use std::io::Write;
+use std::path::Path;
+
+use nalgebra::Vector3;
+use ndarray::{Array1, Array2, Array3};
+use ndarray_npy::NpzWriter;
+
+use super::files::{self, WriteError};
+use super::{replay, table};
+use crate::case::Case;
+use crate::geometry::Hull;
+use crate::metrics::capture::Curves;
+use crate::metrics::summary::Summary;
+use crate::run::Run;
+use crate::target::parts::ConvexPart;
+
+/// Writes all result files of `run` to the folder `out`.
+///
+/// # Errors
+/// The first file that cannot be written.
+pub fn write(
+    out: &Path,
+    case: &Case,
+    run: &Run,
+    curves: &Curves,
+    summary: &Summary,
+) -> Result<(), WriteError> {
+    files::make_folder(out)?;
+    files::write(&out.join("series.csv"), |file| series(file, run, curves))?;
+    files::write(&out.join("trajectory.npz"), |file| trajectory(file, case, run))?;
+    files::write(&out.join("replay.html"), |file| {
+        file.write_all(page(case, run, curves, summary).as_bytes())
+    })?;
+    // Last: a summary says that the rest is there.
+    json(&out.join("summary.json"), summary)
+}
+
+/// Writes `value` as JSON.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn json(path: &Path, value: &impl serde::Serialize) -> Result<(), WriteError> {
+    files::write(path, |file| {
+        serde_json::to_writer_pretty(&mut *file, value).map_err(std::io::Error::from)?;
+        file.write_all(b"\n")
+    })
+}
+
+/// A row a frame.
+fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error> {
+    let frames = &run.frames;
+    let mut table = csv::Writer::from_writer(file);
+    let has_target = !frames.target.is_empty();
+    let mut head = vec!["t_s", "area_m2"];
+    if has_target {
+        head.extend(["enclosed", "mouth", "separation", "cqi"]);
+        head.extend(["target_x_m", "target_y_m", "target_z_m"]);
+        head.extend(["target_qw", "target_qx", "target_qy", "target_qz"]);
+        head.extend(["spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"]);
+    }
+    head.extend(["momentum_x_kg_m_s", "momentum_y_kg_m_s", "momentum_z_kg_m_s"]);
+    head.extend(["angular_momentum_x_kg_m2_s", "angular_momentum_y_kg_m2_s", "angular_momentum_z_kg_m2_s"]);
+    head.extend(["kinetic_net_j", "kinetic_target_j", "elastic_j", "stored_j"]);
+    head.extend(["taken_by_cables_j", "taken_by_contact_j", "drive_j"]);
+    let mut head: Vec<String> = head.into_iter().map(str::to_owned).collect();
+    head.extend(run.effects.iter().map(|(name, _)| format!("work_of_{name}_j")));
+    head.extend(["residual_j", "max_tension_n", "max_impulse_n_s"].map(str::to_owned));
+    table.write_record(&head)?;
+
+    for (i, &time) in frames.time.iter().enumerate() {
+        let step = (time / run.step).round() as usize;
+        let mut row = vec![time, run.mouth_area[step]];
+        if has_target {
+            let body = &frames.target[i];
+            row.extend([curves.enclosed[i], curves.mouth[i], curves.separation[i], curves.cqi[i]]);
+            row.extend(body.position.iter());
+            let q = body.attitude.quaternion();
+            row.extend([q.w, q.i, q.j, q.k]);
+            row.extend(body.spin().iter());
+        }
+        row.extend(frames.momentum[i].iter());
+        row.extend(frames.angular_momentum[i].iter());
+        let ledger = &frames.ledger[i];
+        row.extend([ledger.kinetic_net, ledger.kinetic_target, ledger.elastic, ledger.stored]);
+        row.extend([ledger.cables, ledger.contact, ledger.drive]);
+        row.extend(&ledger.effects);
+        row.extend([ledger.residual(), frames.tension[i], frames.impulse[i]]);
+        table.write_record(row.iter().map(f64::to_string))?;
+    }
+    table.flush()?;
+    Ok(())
+}
+
+/// `t` [T], `knots` [T, K, 3], `target_position` [T, 3], `target_attitude` [T, 4], `cables` [C, 2].
+fn trajectory(
+    file: impl Write + std::io::Seek,
+    case: &Case,
+    run: &Run,
+) -> Result<(), ndarray_npy::WriteNpzError> {
+    let frames = &run.frames;
+    let (n_frames, n_knots) = (frames.time.len(), case.net.n_knots());
+    let mut npz = NpzWriter::new(file);
+    npz.add_array("t", &Array1::from(frames.time.clone()))?;
+    let knots =
+        Array3::from_shape_fn((n_frames, n_knots, 3), |(frame, knot, axis)| frames.knots[frame][knot][axis]);
+    npz.add_array("knots", &knots)?;
+    if !frames.target.is_empty() {
+        let position = |frame: usize| -> &Vector3<f64> { &frames.target[frame].position };
+        npz.add_array(
+            "target_position",
+            &Array2::from_shape_fn((n_frames, 3), |(frame, axis)| position(frame)[axis]),
+        )?;
+        let attitude = Array2::from_shape_fn((n_frames, 4), |(frame, part)| {
+            let q = frames.target[frame].attitude.quaternion();
+            [q.w, q.i, q.j, q.k][part]
+        });
+        npz.add_array("target_attitude", &attitude)?;
+    }
+    let cables = &case.net.cables;
+    let ends = Array2::from_shape_fn((cables.len(), 2), |(cable, end)| {
+        [cables[cable].a as i64, cables[cable].b as i64][end]
+    });
+    npz.add_array("cables", &ends)?;
+    npz.finish()?;
+    Ok(())
+}
+
+/// The run in motion: what the replay page shows of it.
+fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
+    let frames = &run.frames;
+    let cables: Vec<(usize, usize)> = case.net.cables.iter().map(|cable| (cable.a, cable.b)).collect();
+    let rest_lengths: Vec<f64> = case.net.cables.iter().map(|cable| cable.rest_length).collect();
+    let positions: Vec<Vector3<f64>> = frames.target.iter().map(|body| body.position).collect();
+    let attitudes: Vec<_> = frames.target.iter().map(|body| body.attitude).collect();
+    let rates: Vec<f64> = frames.target.iter().map(|body| body.rate.norm()).collect();
+    let areas: Vec<f64> = frames
+        .time
+        .iter()
+        .map(|time| run.mouth_area[(time / run.step).round() as usize])
+        .collect();
+    let curve = |name, unit, values, along_slider| replay::Curve { name, unit, values, along_slider };
+    let mut shown = vec![curve("area of the bullets", "m2", &areas, frames.target.is_empty())];
+    if case.target.is_some() {
+        shown.extend([
+            curve("enclosed", "", &curves.enclosed, true),
+            curve("mouth", "", &curves.mouth, true),
+            curve("separation", "target lengths", &curves.separation, false),
+            curve("quality index", "0 is ideal", &curves.cqi, false),
+            curve("target's rate", "rad/s", &rates, false),
+        ]);
+    }
+    shown.push(curve("largest tension", "N", &frames.tension, false));
+    let first_contact = run.extremes.first_contact.map(|time| (time, "first contact".to_owned()));
+    let captured = summary.capture.and_then(|capture| capture.captured_at_s);
+    replay::html(&replay::Replay {
+        title: &case.scene.title,
+        source: case.scene.source.as_deref(),
+        verdict: summary.capture.map(|capture| replay::Verdict {
+            captured: capture.captured,
+            reason: table::reason(capture.reason),
+        }),
+        times: &frames.time,
+        knots: &frames.knots,
+        cables: &cables,
+        rest_lengths: &rest_lengths,
+        bullets: case.net.bullets,
+        perimeter: &case.net.perimeter,
+        target: case.target.as_ref().map(|target| replay::ReplayTarget {
+            parts: target.parts.iter().map(outline).collect(),
+            positions: &positions,
+            attitudes: &attitudes,
+        }),
+        curves: shown,
+        marks: first_contact.into_iter().chain(captured.map(|time| (time, "captured".to_owned()))).collect(),
+    })
+}
+
+/// A part as triangles in the body frame: the hull of its outline.
+fn outline(part: &ConvexPart) -> replay::Mesh {
+    let Some(hull) = Hull::of(&part.hull_points().collect::<Vec<_>>()) else {
+        return replay::Mesh { vertices: Vec::new(), triangles: Vec::new() };
+    };
+    replay::Mesh {
+        vertices: hull.vertices.iter().map(|v| [v.x as f32, v.y as f32, v.z as f32]).collect(),
+        triangles: hull.triangles,
+    }
+}

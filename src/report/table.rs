@@ -1,0 +1,178 @@
+//! The result of a run as a table that a person enjoys reading.
+
+use comfy_table::presets::UTF8_BORDERS_ONLY;
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
+
+use crate::metrics::capture::Reason;
+use crate::metrics::summary::Summary;
+use crate::study::ensemble::Ensemble;
+
+/// A table with a header and numbers to the right.
+pub fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
+    table.set_header(header.iter().map(Cell::new));
+    table
+}
+
+/// `summary` as text.
+pub fn summary(summary: &Summary) -> String {
+    let mut rows = Rows(table(&["", "", ""]));
+    let deployment = &summary.deployment;
+    rows.head("deployment");
+    rows.number("largest area", deployment.max_area_m2, "m²");
+    rows.number("deployment time", deployment.deployment_time_s, "s");
+    rows.number("travelling distance", deployment.travelling_distance_m, "m");
+    rows.number("effective period", deployment.effective_period_s, "s");
+    if let Some(contact) = &summary.contact {
+        rows.head("contact");
+        rows.optional("first contact", contact.first_contact_s, "s", "none");
+        rows.number("largest impulse", contact.max_impulse_n_s, "N s");
+        rows.number("deepest penetration", contact.max_penetration_m * 1e3, "mm");
+    }
+    if let Some(target) = &summary.target {
+        rows.head("target");
+        rows.text("displacement", &vector(&target.displacement_m), "m");
+        rows.text("spin at the end (body)", &vector(&target.spin_rad_s), "rad/s");
+    }
+    if let Some(capture) = &summary.capture {
+        rows.head("capture");
+        rows.number("enclosed", capture.enclosed * 100.0, "% of the target");
+        rows.number("mouth", capture.mouth * 100.0, "% of the net");
+        rows.number("separation", capture.separation, "target lengths");
+        rows.number("quality index", capture.cqi, "0 is ideal");
+    }
+    let cables = &summary.cables;
+    rows.head("cables");
+    rows.number("largest tension", cables.max_tension_n, "N");
+    rows.optional("least safety factor", cables.safety_factor, "", "never taut");
+    let kept = &summary.conservation;
+    rows.head("kept");
+    rows.number("momentum residual", kept.momentum_residual, "of the launch");
+    rows.number("angular momentum residual", kept.angular_momentum_residual, "of scale");
+    rows.number("energy residual", kept.energy_residual, "of the launch");
+    rows.head("cost");
+    rows.number("wall time", summary.wall_s, "s");
+    rows.number("simulated", summary.simulated_s, "s");
+
+    format!("{}\n{}\n{}", summary.title, rows.0, verdict(summary))
+}
+
+/// `ensemble` as text: the share captured, and the quartiles of its main numbers.
+pub fn ensemble(ensemble: &Ensemble) -> String {
+    let mut rows = table(&["", "least", "quartile", "median", "quartile", "largest", "members"]);
+    for (name, spread) in &ensemble.scalars {
+        if !MAIN_BLOCKS.iter().any(|block| name.starts_with(block)) {
+            continue;
+        }
+        let numbers = [spread.min, spread.lower, spread.median, spread.upper, spread.max].map(number);
+        let mut row = vec![Cell::new(name)];
+        row.extend(numbers.into_iter().map(|n| Cell::new(n).set_alignment(CellAlignment::Right)));
+        row.push(Cell::new(spread.count).set_alignment(CellAlignment::Right));
+        rows.add_row(row);
+    }
+    let mut text = format!("{}\n{rows}", ensemble.title);
+    for (member, failure) in &ensemble.failures {
+        text.push_str(&format!("\nmember {member} failed: {failure}"));
+    }
+    if let Some(share) = &ensemble.captured {
+        let reasons: Vec<String> =
+            ensemble.reasons.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+        let [low, high] = share.interval_95.map(|bound| 100.0 * bound);
+        text.push_str(&format!(
+            "\nCaptured {} of {} ({:.0} %; 95 % interval {low:.0} to {high:.0} %): {}.",
+            share.captured,
+            share.of,
+            100.0 * share.share,
+            reasons.join(", ")
+        ));
+    }
+    text
+}
+
+/// Blocks of the summary that the table of an ensemble shows; the file holds all.
+const MAIN_BLOCKS: [&str; 6] = ["deployment.", "contact.", "capture.", "target.", "conservation.", "wall_s"];
+
+/// The verdict in a sentence.
+pub fn verdict(summary: &Summary) -> String {
+    let Some(capture) = &summary.capture else {
+        return format!(
+            "Opened to {:.4} m² after {:.4} s.",
+            summary.deployment.max_area_m2, summary.deployment.deployment_time_s
+        );
+    };
+    match capture.reason {
+        Reason::Held => match capture.captured_at_s {
+            Some(time) => format!("CAPTURED: enclosed behind a closed mouth since {time:.2} s."),
+            None => "CAPTURED.".to_owned(),
+        },
+        Reason::Missed => "NOT CAPTURED: the net never enclosed the target.".to_owned(),
+        Reason::Slipped => "NOT CAPTURED: the target was enclosed and slipped out.".to_owned(),
+        Reason::Open => "NOT CAPTURED: enclosed, but the mouth is still open.".to_owned(),
+    }
+}
+
+/// The reason of a verdict in a word.
+pub fn reason(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Held => "held",
+        Reason::Missed => "missed",
+        Reason::Slipped => "slipped",
+        Reason::Open => "open",
+    }
+}
+
+struct Rows(Table);
+
+impl Rows {
+    fn head(&mut self, name: &str) {
+        self.0.add_row(vec![Cell::new(name).add_attribute(comfy_table::Attribute::Bold)]);
+    }
+
+    fn text(&mut self, name: &str, value: &str, unit: &str) {
+        let value = Cell::new(value).set_alignment(CellAlignment::Right);
+        self.0.add_row(vec![Cell::new(format!("  {name}")), value, Cell::new(unit)]);
+    }
+
+    fn number(&mut self, name: &str, value: f64, unit: &str) {
+        self.text(name, &number(value), unit);
+    }
+
+    fn optional(&mut self, name: &str, value: Option<f64>, unit: &str, without: &str) {
+        match value {
+            Some(value) => self.number(name, value, unit),
+            None => self.text(name, without, ""),
+        }
+    }
+}
+
+/// Four significant digits; very small and very large numbers in powers of ten.
+pub fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = value.abs().log10().floor();
+    if (-3.0..6.0).contains(&digits) {
+        format!("{value:.*}", (3.0 - digits).max(0.0) as usize)
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+fn vector(values: &[f64; 3]) -> String {
+    values.map(|value| format!("{value:+.4}")).join("  ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        assert_eq!(number(99.8765), "99.88");
+        assert_eq!(number(-0.012345), "-0.01235");
+        assert_eq!(number(1e-9), "1.000e-9");
+        assert_eq!(number(0.0), "0");
+        assert_eq!(number(123456.0), "123456");
+    }
+}

@@ -1,0 +1,174 @@
+//! The record of a run: frames, energy ledger, work counters, extremes.
+
+use std::time::{Duration, Instant};
+
+use nalgebra::Vector3;
+
+use crate::case::Case;
+use crate::ledger::Ledger;
+use crate::simulation::{Failure, Simulation, Work};
+use crate::state::{Body, State};
+use crate::world::Census;
+
+/// What was recorded, T frames of K knots.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frames {
+    /// Time of each frame [s], T.
+    pub time: Vec<f64>,
+    /// Positions of the knots [m], T × K.
+    pub knots: Vec<Vec<Vector3<f64>>>,
+    /// The target, T, or nothing without one.
+    pub target: Vec<Body>,
+    /// The energy ledger, T.
+    pub ledger: Vec<Ledger>,
+    /// Linear momentum of net and free target [kg m/s], T.
+    pub momentum: Vec<Vector3<f64>>,
+    /// Angular momentum of net and free target about the origin [kg m^2/s], T.
+    pub angular_momentum: Vec<Vector3<f64>>,
+    /// Largest cable tension since the frame before [N], T.
+    pub tension: Vec<f64>,
+    /// Largest contact impulse since the frame before [N s], T.
+    pub impulse: Vec<f64>,
+}
+
+/// The largest values of a run, over all steps and not only over frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extremes {
+    /// End of the step with the first contact impulse [s].
+    pub first_contact: Option<f64>,
+    /// Largest normal impulse of one contact within a step [N s].
+    pub impulse: f64,
+    /// Deepest overlap of a knot and a part [m].
+    pub penetration: f64,
+    /// Largest cable tension [N].
+    pub tension: f64,
+    /// Largest elastic strain T / (E A) [-].
+    pub strain: f64,
+    /// Largest tension over breaking tension [-].
+    pub utilisation: f64,
+}
+
+/// A finished run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The frames.
+    pub frames: Frames,
+    /// Projected area of the four bullets [m^2] at the start and after every step.
+    pub mouth_area: Vec<f64>,
+    /// Time step [s].
+    pub step: f64,
+    /// Largest values.
+    pub extremes: Extremes,
+    /// Impulse from outside of net and free target [N s].
+    pub outside_impulse: Vector3<f64>,
+    /// Angular impulse from outside, about the origin [N m s].
+    pub outside_angular_impulse: Vector3<f64>,
+    /// Work done.
+    pub work: Work,
+    /// What the world consisted of.
+    pub census: Census,
+    /// Names of the active effects and how often each acted.
+    pub effects: Vec<(&'static str, u64)>,
+    /// Wall time of the simulation, without building and metrics.
+    pub wall: Duration,
+}
+
+impl Run {
+    /// Runs `case` to its end; `progress` hears of every frame, with the share done.
+    ///
+    /// # Errors
+    /// A state that is not a number.
+    pub fn of(case: &Case, mut progress: impl FnMut(f64)) -> Result<Run, Failure> {
+        let started = Instant::now();
+        let mut simulation = Simulation::new(case);
+        let mut recorder = Recorder::new(case);
+        recorder.frame(&simulation);
+        let (n_steps, stride) = (case.n_steps(), case.steps_per_frame());
+        for step in 1..=n_steps {
+            simulation.step()?;
+            recorder.step(case, &simulation.state);
+            if step % stride == 0 || step == n_steps {
+                recorder.frame(&simulation);
+                progress(step as f64 / n_steps as f64);
+            }
+        }
+        let names = simulation.effect_names();
+        Ok(Run {
+            frames: recorder.frames,
+            mouth_area: recorder.mouth_area,
+            step: case.scene.solver.step_s.0,
+            extremes: recorder.extremes,
+            outside_impulse: simulation.books.outside_impulse,
+            outside_angular_impulse: simulation.books.outside_angular_impulse,
+            census: simulation.census(),
+            effects: names.into_iter().zip(simulation.books.effect_counts.iter().copied()).collect(),
+            work: simulation.work,
+            wall: started.elapsed(),
+        })
+    }
+}
+
+/// Collects what a run leaves behind.
+struct Recorder {
+    frames: Frames,
+    mouth_area: Vec<f64>,
+    extremes: Extremes,
+    bullets: [usize; 4],
+    /// Largest values since the last frame.
+    tension: f64,
+    impulse: f64,
+}
+
+impl Recorder {
+    fn new(case: &Case) -> Recorder {
+        let mut recorder = Recorder {
+            frames: Frames::default(),
+            mouth_area: Vec::with_capacity(case.n_steps() as usize + 1),
+            extremes: Extremes::default(),
+            bullets: case.net.bullets,
+            tension: 0.0,
+            impulse: 0.0,
+        };
+        recorder.mouth_area.push(recorder.area(&case.net.folded));
+        recorder
+    }
+
+    /// Area of the quadrilateral of the bullets, projected on the plane X = 0 [m^2].
+    fn area(&self, position: &[Vector3<f64>]) -> f64 {
+        let [a, b, c, d] = self.bullets.map(|bullet| position[bullet]);
+        0.5 * (c - a).cross(&(d - b)).x.abs()
+    }
+
+    fn step(&mut self, case: &Case, state: &State) {
+        self.mouth_area.push(self.area(&state.knots.position));
+        for contact in &state.contacts {
+            if contact.impulse > 0.0 {
+                self.extremes.first_contact.get_or_insert(state.time);
+            }
+            self.impulse = self.impulse.max(contact.impulse);
+            self.extremes.penetration = self.extremes.penetration.max(-contact.gap);
+        }
+        for (cable, &tension) in case.net.cables.iter().zip(&state.tension) {
+            if tension > 0.0 {
+                self.tension = self.tension.max(tension);
+                let extremes = &mut self.extremes;
+                extremes.strain = extremes.strain.max(tension / (cable.stiffness * cable.rest_length));
+                extremes.utilisation = extremes.utilisation.max(tension / cable.breaking_tension);
+            }
+        }
+        self.extremes.impulse = self.extremes.impulse.max(self.impulse);
+        self.extremes.tension = self.extremes.tension.max(self.tension);
+    }
+
+    fn frame(&mut self, simulation: &Simulation) {
+        let (state, frames) = (&simulation.state, &mut self.frames);
+        frames.time.push(state.time);
+        frames.knots.push(state.knots.position.clone());
+        frames.target.extend(state.target);
+        frames.ledger.push(simulation.books.ledger.clone());
+        frames.momentum.push(simulation.books.momentum(state));
+        frames.angular_momentum.push(simulation.books.angular_momentum(state));
+        frames.tension.push(std::mem::take(&mut self.tension));
+        frames.impulse.push(std::mem::take(&mut self.impulse));
+    }
+}

@@ -1,0 +1,162 @@
+//! A scene: what a user writes, where it is found, and what its parts allow together.
+//!
+//! `read`: text to [`schema::Scene`], every fault at once. [`checks`]: faults that no single value
+//! shows.
+
+pub mod checks;
+pub mod schema;
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::assets::Kind;
+use crate::problems::Problems;
+use crate::read;
+use schema::Scene;
+
+/// Largest scene file read [bytes].
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The scene that runs when no other is named.
+pub const DEFAULT: &str = "cubesat-spin-x-1.0";
+
+/// A scene as found: its name, its JSON, and the folder its paths are relative to.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// Name for results and messages: the file's name without its ending.
+    pub name: String,
+    /// What was read, as a file or built-in, for error messages.
+    pub input: String,
+    /// Folder of the file; a built-in scene has none.
+    pub folder: Option<PathBuf>,
+    /// Its JSON, before it is checked.
+    pub json: Value,
+}
+
+impl Source {
+    /// Finds `scene`: the name of a built-in one, or a file.
+    ///
+    /// # Errors
+    /// Faults that name the input: no such file or name, unreadable, no JSON.
+    pub fn find(scene: &str) -> Result<Source, Problems> {
+        let mut problems = Problems::new(scene);
+        if let Some(text) = Kind::Scene.text(scene) {
+            let json = read::parse(text, "", &mut problems);
+            let source =
+                json.map(|json| Source { name: scene.to_owned(), input: scene.to_owned(), folder: None, json });
+            return problems.into_result(source);
+        }
+        let path = Path::new(scene);
+        let json = read_text(path, &mut problems).and_then(|text| read::parse(&text, "", &mut problems));
+        let name = path.file_stem().map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned());
+        let folder = path.parent().map(Path::to_path_buf);
+        problems.into_result(json.map(|json| Source { name, input: scene.to_owned(), folder, json }))
+    }
+
+    /// Changes values, each given as `path.to.key=value` or `path.0=value` for an entry of a list.
+    ///
+    /// The value is JSON, or a text where it is not; `null` removes the key.
+    ///
+    /// # Errors
+    /// A fault for every change without `=` and every path that leads nowhere.
+    pub fn set(&mut self, changes: &[String]) -> Result<(), Problems> {
+        let mut problems = Problems::new(format!("{} --set", self.input));
+        for change in changes {
+            match change.split_once('=') {
+                Some((path, text)) if !path.is_empty() => {
+                    let value = serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned()));
+                    if let Err(place) = set_at(&mut self.json, path, value) {
+                        problems.add(path, place, "a path of keys and list positions, as in net.meshes.0");
+                    }
+                }
+                _ => problems.add(change.clone(), "no `=`", "PATH=VALUE, as in solver.step_s=0.0005"),
+            }
+        }
+        problems.into_result(Some(()))
+    }
+
+    /// Reads the JSON as a scene; faults go to `problems`.
+    pub fn scene(&self, problems: &mut Problems) -> Option<Scene> {
+        read::typed(&self.json, "", problems)
+    }
+}
+
+fn read_text(path: &Path, problems: &mut Problems) -> Option<String> {
+    let known = || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.choices());
+    match std::fs::metadata(path) {
+        Err(error) => problems.add("", format!("no readable file ({error})"), known()),
+        Ok(meta) if !meta.is_file() => problems.add("", "no file", known()),
+        Ok(meta) if meta.len() > MAX_BYTES => {
+            problems.add("", format!("{} bytes", meta.len()), format!("at most {MAX_BYTES} bytes"));
+        }
+        Ok(_) => match std::fs::read(path).map(String::from_utf8) {
+            Ok(Ok(text)) => return Some(text),
+            Ok(Err(error)) => problems.add("", format!("no UTF-8 text ({error})"), "JSON in UTF-8"),
+            Err(error) => problems.add("", format!("no readable file ({error})"), known()),
+        },
+    }
+    None
+}
+
+/// Sets the value at `path` of `root`, making objects on the way; says where the path ends if it
+/// cannot go on.
+fn set_at(root: &mut Value, path: &str, value: Value) -> Result<(), String> {
+    let (above, last) = path.rsplit_once('.').unwrap_or(("", path));
+    let mut place = root;
+    for key in above.split('.').filter(|key| !key.is_empty()) {
+        place = match place {
+            Value::Object(map) => map.entry(key).or_insert_with(|| Value::Object(serde_json::Map::new())),
+            Value::Array(list) => {
+                let length = list.len();
+                let entry = key.parse::<usize>().ok().and_then(|index| list.get_mut(index));
+                entry.ok_or_else(|| format!("no entry {key} in a list of {length}"))?
+            }
+            other => return Err(format!("{other} before .{key}")),
+        };
+    }
+    match place {
+        Value::Object(map) if value.is_null() => {
+            map.remove(last);
+        }
+        Value::Object(map) => {
+            map.insert(last.to_owned(), value);
+        }
+        Value::Array(list) => {
+            let length = list.len();
+            let entry = last.parse::<usize>().ok().and_then(|index| list.get_mut(index));
+            *entry.ok_or_else(|| format!("no entry {last} in a list of {length}"))? = value;
+        }
+        other => return Err(format!("{other} before .{last}")),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn source() -> Source {
+        let json = json!({ "net": { "meshes": [2, 3] }, "effects": { "friction": {} } });
+        Source { name: "t".into(), input: "t".into(), folder: None, json }
+    }
+
+    #[test]
+    fn set_changes_makes_and_removes() {
+        let mut source = source();
+        let changes = ["net.meshes.1=7", "solver.step_s=1e-4", "effects.friction=null", "title=a = b"];
+        source.set(&changes.map(str::to_owned)).unwrap();
+        assert_eq!(
+            source.json,
+            json!({ "net": { "meshes": [2, 7] }, "effects": {}, "solver": { "step_s": 1e-4 }, "title": "a = b" })
+        );
+    }
+
+    #[test]
+    fn set_names_every_path_that_leads_nowhere() {
+        let changes = ["net.meshes.2=1", "net.meshes.0.x=1", "step"];
+        let problems = source().set(&changes.map(str::to_owned)).unwrap_err();
+        assert_eq!(problems.list.len(), 3, "{problems}");
+    }
+}

@@ -1,0 +1,151 @@
+//! The nouns that travel in a step, grouped by the stage that writes them.
+//!
+//! Everything is in the local frame O-XYZ, SI units.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// Positions and velocities of the knots, K entries each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Knots {
+    /// [m]
+    pub position: Vec<Vector3<f64>>,
+    /// [m/s]
+    pub velocity: Vec<Vector3<f64>>,
+}
+
+/// Pose and motion of the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Centre of mass [m].
+    pub position: Vector3<f64>,
+    /// Local frame from body frame.
+    pub attitude: UnitQuaternion<f64>,
+    /// Velocity of the centre of mass [m/s].
+    pub velocity: Vector3<f64>,
+    /// Angular velocity in the local frame [rad/s].
+    pub rate: Vector3<f64>,
+}
+
+impl Body {
+    /// Angular velocity in the body frame [rad/s].
+    pub fn spin(&self) -> Vector3<f64> {
+        self.attitude.inverse_transform_vector(&self.rate)
+    }
+
+    /// Velocity of the material point at `point` [m/s].
+    pub fn velocity_at(&self, point: Vector3<f64>) -> Vector3<f64> {
+        self.velocity + self.rate.cross(&(point - self.position))
+    }
+
+    /// Angular momentum about the centre of mass, local frame [kg m^2/s].
+    ///
+    /// `inertia` is in the body frame [kg m^2].
+    pub fn angular_momentum(&self, inertia: &Matrix3<f64>) -> Vector3<f64> {
+        self.attitude * (inertia * self.spin())
+    }
+
+    /// Kinetic energy [J].
+    pub fn kinetic_energy(&self, mass: f64, inertia: &Matrix3<f64>) -> f64 {
+        let spin = self.spin();
+        0.5 * mass * self.velocity.norm_squared() + 0.5 * spin.dot(&(inertia * spin))
+    }
+}
+
+/// One contact between a knot and a part of the target, the same record for every response.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The knot.
+    pub knot: usize,
+    /// The part of the target.
+    pub part: usize,
+    /// Where they touch [m].
+    pub point: Vector3<f64>,
+    /// Unit normal, from the target to the net.
+    pub normal: Vector3<f64>,
+    /// Distance of their surfaces at the start of the step; negative when they overlap [m].
+    pub gap: f64,
+    /// Impulse on the knot along the normal within the step [N s].
+    pub impulse: f64,
+    /// Impulse on the knot across the normal within the step [N s].
+    pub friction: Vector3<f64>,
+}
+
+impl Contact {
+    /// Whole impulse on the knot [N s].
+    pub fn impulse_on_knot(&self) -> Vector3<f64> {
+        self.impulse * self.normal + self.friction
+    }
+}
+
+/// Velocity of a contact's knot relative to the surface it touches, averaged over the step that led
+/// from `before` to `after` [m/s].
+///
+/// With the average, impulse times velocity is exactly the change of a knot's kinetic energy.
+pub fn relative_velocity(contact: &Contact, before: &State, after: &State) -> Vector3<f64> {
+    let at = |state: &State| {
+        let surface = state.target.map_or(Vector3::zeros(), |body| body.velocity_at(contact.point));
+        state.knots.velocity[contact.knot] - surface
+    };
+    0.5 * (at(before) + at(after))
+}
+
+/// Forces that effects apply over a step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loads {
+    /// On each knot [N].
+    pub on_knots: Vec<Vector3<f64>>,
+    /// On the target's centre of mass [N].
+    pub on_target: Vector3<f64>,
+    /// On the target, about its centre of mass [N m].
+    pub torque_on_target: Vector3<f64>,
+}
+
+impl Loads {
+    /// No load on any of `n_knots` knots, nor on the target.
+    pub fn clear(&mut self, n_knots: usize) {
+        self.on_knots.clear();
+        self.on_knots.resize(n_knots, Vector3::zeros());
+        self.on_target = Vector3::zeros();
+        self.torque_on_target = Vector3::zeros();
+    }
+}
+
+/// All of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// Steps done.
+    pub step: u64,
+    /// Simulated time [s].
+    pub time: f64,
+
+    /// Written by `effects`.
+    pub loads: Loads,
+
+    /// Written by `cables` (snaps) and by `world`.
+    pub knots: Knots,
+    /// Written by `world`.
+    pub target: Option<Body>,
+
+    /// Written by `contact`: the contacts within the step.
+    pub contacts: Vec<Contact>,
+
+    /// Written by `cables`: largest tension of each cable within the step [N].
+    pub tension: Vec<f64>,
+}
+
+impl State {
+    /// The first knot whose position or velocity is not a number.
+    pub fn first_bad_knot(&self) -> Option<usize> {
+        let sound = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
+        let mut pairs = self.knots.position.iter().zip(&self.knots.velocity);
+        pairs.position(|(position, velocity)| !sound(position) || !sound(velocity))
+    }
+
+    /// Whether the target's pose and motion are numbers.
+    pub fn target_is_sound(&self) -> bool {
+        self.target.is_none_or(|body| {
+            let numbers = body.position.iter().chain(body.velocity.iter()).chain(body.rate.iter());
+            numbers.chain(body.attitude.coords.iter()).all(|x| x.is_finite())
+        })
+    }
+}

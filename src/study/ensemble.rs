@@ -1,0 +1,203 @@
+//! Copies of a case that differ in the last digits: what is chance, and what is not.
+//!
+//! After contact a run is chaotic; one verdict is a coin. An ensemble moves every knot of the fold
+//! by up to `perturb` metres along each axis, seeded per member, and counts.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Beta, ContinuousCDF};
+use statrs::statistics::{Data, OrderStatistics};
+
+use crate::case::Case;
+use crate::metrics::capture::Curves;
+use crate::metrics::summary::Summary;
+use crate::run::Run;
+
+/// What an ensemble is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Request {
+    /// Number of members.
+    pub members: usize,
+    /// Largest displacement of a knot along each axis [m].
+    pub perturb_m: f64,
+    /// Seed of the perturbations.
+    pub seed: u64,
+}
+
+/// One member's outcome.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Member {
+    /// Its number, from 0.
+    pub member: usize,
+    /// Its summary, or why it failed.
+    pub outcome: Result<Summary, String>,
+}
+
+/// Quartiles of a number over the members.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Quartiles {
+    /// Least.
+    pub min: f64,
+    /// Lower quartile.
+    pub lower: f64,
+    /// Median.
+    pub median: f64,
+    /// Upper quartile.
+    pub upper: f64,
+    /// Largest.
+    pub max: f64,
+    /// Members that have this number.
+    pub count: usize,
+}
+
+/// Share captured, with its Clopper–Pearson interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Share {
+    /// Members captured.
+    pub captured: usize,
+    /// Members with a verdict.
+    pub of: usize,
+    /// Share [-].
+    pub share: f64,
+    /// 95 % confidence interval [-].
+    pub interval_95: [f64; 2],
+}
+
+/// `ensemble.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Ensemble {
+    /// The scene's title.
+    pub title: String,
+    /// Hash of scene and target.
+    pub scene_hash: String,
+    /// What was asked for.
+    pub request: Request,
+    /// Share captured; absent without a target.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub captured: Option<Share>,
+    /// How often each reason was given.
+    pub reasons: BTreeMap<String, usize>,
+    /// Members that failed, and why.
+    pub failures: BTreeMap<usize, String>,
+    /// Quartiles of every number of the summaries.
+    pub scalars: BTreeMap<String, Quartiles>,
+}
+
+/// A copy of `case` whose folded knots are moved by up to `request.perturb_m` along each axis.
+pub fn perturbed(case: &Case, request: &Request, member: usize) -> Case {
+    let mut case = case.clone();
+    // A stream a member: the same perturbation whatever the number of members or threads.
+    let mut random = ChaCha8Rng::seed_from_u64(request.seed);
+    random.set_stream(member as u64);
+    for position in &mut case.net.folded {
+        let mut shift = || request.perturb_m * random.random_range(-1.0..=1.0);
+        *position += Vector3::new(shift(), shift(), shift());
+    }
+    case
+}
+
+/// Runs the members that are not in `known` in parallel; `done` hears of each as it ends.
+///
+/// Returns all members in their order.
+pub fn run(
+    case: &Case,
+    request: &Request,
+    known: Vec<Member>,
+    done: impl Fn(&Member) + Sync,
+) -> Vec<Member> {
+    let missing: Vec<usize> =
+        (0..request.members).filter(|&member| known.iter().all(|k| k.member != member)).collect();
+    let new: Vec<Member> = missing
+        .into_par_iter()
+        .map(|member| {
+            let case = perturbed(case, request, member);
+            let outcome = match Run::of(&case, |_| {}) {
+                Ok(run) => Ok(Summary::of(&case, &run, &Curves::of(&case, &run))),
+                Err(failure) => Err(failure.to_string()),
+            };
+            let member = Member { member, outcome };
+            done(&member);
+            member
+        })
+        .collect();
+    let mut all: Vec<Member> = known.into_iter().chain(new).collect();
+    all.sort_by_key(|member| member.member);
+    all
+}
+
+impl Ensemble {
+    /// What `members` have in common and where they differ.
+    pub fn of(case: &Case, request: &Request, members: &[Member]) -> Ensemble {
+        let summaries: Vec<&Summary> = members.iter().filter_map(|m| m.outcome.as_ref().ok()).collect();
+        let verdicts: Vec<_> = summaries.iter().filter_map(|summary| summary.capture).collect();
+        let mut reasons = BTreeMap::new();
+        for verdict in &verdicts {
+            *reasons.entry(format!("{:?}", verdict.reason).to_lowercase()).or_insert(0) += 1;
+        }
+        let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        for (name, value) in summaries.iter().flat_map(|summary| summary.scalars()) {
+            values.entry(name).or_default().push(value);
+        }
+        Ensemble {
+            title: case.scene.title.clone(),
+            scene_hash: case.hash.clone(),
+            request: *request,
+            captured: (!verdicts.is_empty())
+                .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
+            reasons,
+            failures: members
+                .iter()
+                .filter_map(|m| Some((m.member, m.outcome.as_ref().err()?.clone())))
+                .collect(),
+            scalars: values.into_iter().map(|(name, values)| (name, Quartiles::of(values))).collect(),
+        }
+    }
+}
+
+impl Share {
+    /// `captured` out of `of`.
+    pub fn of(captured: usize, of: usize) -> Share {
+        let (k, n) = (captured as f64, of as f64);
+        // The exact interval: quantiles of Beta(k, n − k + 1) and Beta(k + 1, n − k).
+        let bound = |a: f64, b: f64, p: f64| Beta::new(a, b).map(|beta| beta.inverse_cdf(p));
+        let low = bound(k, n - k + 1.0, 0.025).unwrap_or(0.0);
+        let high = bound(k + 1.0, n - k, 0.975).unwrap_or(1.0);
+        Share { captured, of, share: k / n, interval_95: [low, high] }
+    }
+}
+
+impl Quartiles {
+    fn of(values: Vec<f64>) -> Quartiles {
+        let count = values.len();
+        let mut data = Data::new(values);
+        Quartiles {
+            min: data.quantile(0.0),
+            lower: data.lower_quartile(),
+            median: data.median(),
+            upper: data.upper_quartile(),
+            max: data.quantile(1.0),
+            count,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Published values of the Clopper–Pearson interval.
+    #[test]
+    fn shares_carry_the_exact_interval() {
+        let share = Share::of(9, 10);
+        assert!((share.interval_95[0] - 0.5550).abs() < 1e-4, "{share:?}");
+        assert!((share.interval_95[1] - 0.9975).abs() < 1e-4, "{share:?}");
+        assert_eq!(Share::of(0, 10).interval_95[0], 0.0);
+        assert_eq!(Share::of(10, 10).interval_95[1], 1.0);
+    }
+}

@@ -1,0 +1,336 @@
+//! The engine's world behind our words: knots, target, cable joints, contacts.
+//!
+//! No type of the engine leaves this module. Bodies are built once; a step writes velocities that
+//! snaps changed and forces of effects, lets the engine advance, and reads positions, velocities
+//! and contacts back.
+//!
+//! Two levels of detection (Section 4.5.1): while the box of the net and the box of the target are
+//! apart, the knots' colliders are off and the engine detects nothing.
+
+mod convert;
+pub mod settings;
+pub mod sweeps;
+
+use nalgebra::Vector3;
+use rapier3d::prelude::{
+    Collider, ColliderBuilder, ColliderHandle, GenericJointBuilder, Group,
+    ImpulseJointHandle, InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes,
+    MassProperties, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients,
+    Vector,
+};
+use rapier3d::utils::OrthonormalBasis;
+
+use crate::net::Net;
+use crate::state::{Body, Contact, Knots, Loads, State};
+use crate::target::Target;
+use crate::target::spec::Motion;
+use convert::{engines, engines_matrix, engines_pose, engines_pose_of, our_rotation, ours};
+
+/// What effects and solver ask of the world before it is built.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Plan {
+    /// Time step [s].
+    pub step: f64,
+    /// Sub-steps of the engine within a step.
+    pub substeps: u32,
+    /// Coefficient of restitution of contacts [-].
+    pub restitution: f64,
+    /// Coulomb friction coefficient of contacts [-].
+    pub friction: f64,
+}
+
+/// What the world consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Census {
+    /// Rigid bodies: knots and target.
+    pub bodies: usize,
+    /// Colliders: of knots (only where there is a target) and of the target's parts.
+    pub colliders: usize,
+    /// Cable joints.
+    pub joints: usize,
+}
+
+/// The engine's world.
+pub struct World {
+    physics: PhysicsWorld,
+    knots: Vec<RigidBodyHandle>,
+    joints: Vec<ImpulseJointHandle>,
+    target: Option<TargetHandles>,
+    forces_act: bool,
+}
+
+/// The target's handles and what detection needs of it.
+struct TargetHandles {
+    body: RigidBodyHandle,
+    knot_colliders: Vec<ColliderHandle>,
+    bounding_radius: f64,
+    /// Distance from which the engine sees a knot and a part as a pair [m].
+    reach: f64,
+    detecting: bool,
+}
+
+const KNOTS: Group = Group::GROUP_1;
+const TARGET: Group = Group::GROUP_2;
+
+impl World {
+    /// Knots of `net`, and `target` where the scene has one.
+    pub fn new(net: &Net, target: Option<&Target>, plan: &Plan) -> World {
+        // How far a knot and a part may come closer within a step, doubled: a snap can double a
+        // knot's speed. Below one knot radius the margin would be smaller than the knot.
+        let fastest = net.launch_velocity.iter().map(|v| v.norm()).fold(0.0, f64::max)
+            + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius);
+        let thickest = net.radius.iter().copied().fold(0.0, f64::max);
+        let reach = (2.0 * fastest * plan.step).max(thickest);
+
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = Vector::ZERO;
+        physics.integration_parameters = settings::parameters(plan.step, plan.substeps, reach);
+        let knots: Vec<_> = (0..net.n_knots())
+            .map(|knot| {
+                physics.bodies.insert(
+                    // A knot is a point: it does not turn. Bodies of a free-floating scene must not
+                    // fall asleep: below 0.05 m/s the engine would freeze them.
+                    RigidBodyBuilder::dynamic()
+                        .translation(engines(&net.folded[knot]))
+                        .linvel(engines(&net.launch_velocity[knot]))
+                        .locked_axes(LockedAxes::ROTATION_LOCKED)
+                        .additional_mass_properties(MassProperties::new(
+                            Vector::ZERO,
+                            net.mass[knot],
+                            Vector::ZERO,
+                        ))
+                        .can_sleep(false),
+                )
+            })
+            .collect();
+        let target = target.map(|target| insert_target(&mut physics, target, net, &knots, plan, reach));
+        World { physics, knots, joints: Vec::new(), target, forces_act: false }
+    }
+
+    /// Ties two knots by a joint that pulls them together beyond `rest_length` [m] like a spring of
+    /// the given natural frequency [Hz] and damping ratio [-], and never pushes.
+    ///
+    /// Returns its index.
+    pub fn tie(
+        &mut self,
+        [a, b]: [usize; 2],
+        rest_length: f64,
+        natural_frequency: f64,
+        damping_ratio: f64,
+    ) -> usize {
+        // A coupled linear limit is one row along the line between the bodies, refreshed every
+        // sub-step; uncoupled limits would keep its direction over the step and misjudge the
+        // stretch of a turning cable.
+        let joint = GenericJointBuilder::new(JointAxesMask::empty())
+            .coupled_axes(JointAxesMask::LIN_AXES)
+            .limits(JointAxis::LinX, [0.0, rest_length])
+            .softness(SpringCoefficients::new(natural_frequency, damping_ratio))
+            .build();
+        let handle = self.physics.impulse_joints.insert(self.knots[a], self.knots[b], joint, false);
+        self.joints.push(handle);
+        self.joints.len() - 1
+    }
+
+    /// Lets joint `index` act, or rest.
+    pub fn set_acting(&mut self, index: usize, acts: bool) {
+        if let Some(joint) = self.physics.impulse_joints.get_mut(self.joints[index], false) {
+            joint.data.set_enabled(acts);
+        }
+    }
+
+    /// Gives knot `index` a new velocity [m/s].
+    pub fn set_velocity(&mut self, index: usize, velocity: &Vector3<f64>) {
+        self.physics.bodies[self.knots[index]].set_linvel(engines(velocity), false);
+    }
+
+    /// Applies forces over the next step.
+    pub fn apply(&mut self, loads: &Loads) {
+        self.forces_act = true;
+        for (&handle, force) in self.knots.iter().zip(&loads.on_knots) {
+            self.physics.bodies[handle].add_force(engines(force), false);
+        }
+        if let Some(target) = &self.target {
+            let body = &mut self.physics.bodies[target.body];
+            body.add_force(engines(&loads.on_target), false);
+            body.add_torque(engines(&loads.torque_on_target), false);
+        }
+    }
+
+    /// Turns detection on when the boxes of net and target come within reach of each other.
+    fn watch(&mut self, state: &State) {
+        let (Some(target), Some(body)) = (&mut self.target, &state.target) else { return };
+        if target.detecting {
+            return;
+        }
+        let reach = target.bounding_radius + target.reach;
+        let apart = (0..3).any(|axis| {
+            let along = || state.knots.position.iter().map(|p| p[axis]);
+            along().fold(f64::INFINITY, f64::min) > body.position[axis] + reach
+                || along().fold(f64::NEG_INFINITY, f64::max) < body.position[axis] - reach
+        });
+        if !apart {
+            target.detecting = true;
+            for &handle in &target.knot_colliders {
+                self.physics.colliders[handle].set_enabled(true);
+            }
+        }
+    }
+
+    /// One step of the engine from `state`, with `sweeps` sweeps over all rows in each sub-step;
+    /// knots and target are then read back.
+    pub fn advance(&mut self, state: &mut State, sweeps: u32) {
+        self.watch(state);
+        self.physics.integration_parameters.num_internal_pgs_iterations = sweeps as usize;
+        self.physics.step();
+        if self.forces_act {
+            // The engine keeps forces until they are taken back.
+            for &handle in &self.knots {
+                self.physics.bodies[handle].reset_forces(false);
+            }
+            if let Some(target) = &self.target {
+                let body = &mut self.physics.bodies[target.body];
+                body.reset_forces(false);
+                body.reset_torques(false);
+            }
+            self.forces_act = false;
+        }
+        self.read(state);
+    }
+
+    /// Copies positions and velocities of knots and target to `state`.
+    pub fn read(&self, state: &mut State) {
+        let Knots { position, velocity } = &mut state.knots;
+        position.clear();
+        velocity.clear();
+        for &handle in &self.knots {
+            let body = &self.physics.bodies[handle];
+            position.push(ours(body.translation()));
+            velocity.push(ours(body.linvel()));
+        }
+        state.target = self.target.as_ref().map(|target| {
+            let body = &self.physics.bodies[target.body];
+            Body {
+                position: ours(body.translation()),
+                attitude: our_rotation(body.rotation()),
+                velocity: ours(body.linvel()),
+                rate: ours(body.angvel()),
+            }
+        });
+    }
+
+    /// The contacts of the last step, in the order of knots and parts.
+    pub fn contacts(&self, contacts: &mut Vec<Contact>) {
+        contacts.clear();
+        for pair in self.physics.narrow_phase.contact_pairs() {
+            let colliders = &self.physics.colliders;
+            let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
+            else {
+                continue;
+            };
+            // The engine orders a pair as it likes; its normal points from first to second.
+            let knot_is_first = first.collision_groups().memberships == KNOTS;
+            let (knot, part) = if knot_is_first { (first, second) } else { (second, first) };
+            for manifold in pair.solver_manifolds() {
+                let from_first = manifold.data.normal;
+                let normal = if knot_is_first { -from_first } else { from_first };
+                let [tangent, bitangent] = (-from_first).orthonormal_basis();
+                for point in &manifold.points {
+                    let place = first.position() * point.local_p1;
+                    let along = point.data.tangent_impulse;
+                    let on_first = tangent * along.x + bitangent * along.y;
+                    contacts.push(Contact {
+                        knot: knot.user_data as usize,
+                        part: part.user_data as usize,
+                        point: ours(place),
+                        normal: ours(normal),
+                        gap: point.dist,
+                        impulse: point.data.impulse,
+                        friction: ours(if knot_is_first { on_first } else { -on_first }),
+                    });
+                }
+            }
+        }
+        contacts.sort_by_key(|contact| (contact.knot, contact.part));
+    }
+
+    /// Whether the engine detects contacts now.
+    pub fn detecting(&self) -> bool {
+        self.target.as_ref().is_some_and(|target| target.detecting)
+    }
+
+    /// Whether the engine set a body aside because its state is not a number.
+    pub fn has_quarantined(&self) -> bool {
+        !self.physics.quarantine().is_empty()
+    }
+
+    /// What the world consists of.
+    pub fn census(&self) -> Census {
+        Census {
+            bodies: self.physics.bodies.len(),
+            colliders: self.physics.colliders.len(),
+            joints: self.physics.impulse_joints.len(),
+        }
+    }
+}
+
+/// The target as one rigid body with a collider a part, and a collider for every knot.
+fn insert_target(
+    physics: &mut PhysicsWorld,
+    target: &Target,
+    net: &Net,
+    knots: &[RigidBodyHandle],
+    plan: &Plan,
+    reach: f64,
+) -> TargetHandles {
+    let kind = match target.motion {
+        Motion::Free => RigidBodyType::Dynamic,
+        Motion::Fixed => RigidBodyType::Fixed,
+        Motion::Spinning => RigidBodyType::KinematicVelocityBased,
+    };
+    let spin = if target.motion == Motion::Fixed { Vector3::zeros() } else { target.attitude * target.spin };
+    let body = physics.bodies.insert(
+        RigidBodyBuilder::new(kind)
+            .pose(engines_pose_of(&target.position, &target.attitude))
+            .angvel(engines(&spin))
+            // Without the gyroscopic term a body tumbling about its middle axis never flips.
+            .gyroscopic_forces_enabled(true)
+            .additional_mass_properties(MassProperties::with_inertia_matrix(
+                Vector::ZERO,
+                target.mass,
+                engines_matrix(&target.inertia),
+            ))
+            .can_sleep(false),
+    );
+    for (index, part) in target.parts.iter().enumerate() {
+        let collider = ColliderBuilder::new(part.to_parry()).position(engines_pose(&part.pose));
+        physics.insert_collider(contact_collider(collider, plan, TARGET, KNOTS, index), Some(body));
+    }
+    // Knots see the target and not each other: a scene that wants more names an effect.
+    let knot_colliders = knots
+        .iter()
+        .enumerate()
+        .map(|(knot, &handle)| {
+            let ball = ColliderBuilder::ball(net.radius[knot]).enabled(false);
+            physics.insert_collider(contact_collider(ball, plan, KNOTS, TARGET, knot), Some(handle))
+        })
+        .collect();
+    TargetHandles { body, knot_colliders, bounding_radius: target.bounding_radius, reach, detecting: false }
+}
+
+/// What knots' and parts' colliders have in common; masses are set on the bodies.
+fn contact_collider(
+    builder: ColliderBuilder,
+    plan: &Plan,
+    member_of: Group,
+    sees: Group,
+    index: usize,
+) -> Collider {
+    builder
+        .density(0.0)
+        .restitution(plan.restitution)
+        .friction(plan.friction)
+        .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
+        .user_data(index as u128)
+        .build()
+}
+
