@@ -146,8 +146,11 @@ impl Bookkeeper {
         let speeds = self.net_mass.iter().zip(&state.knots.velocity);
         self.ledger.kinetic_net = speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
         let position = &state.knots.position;
-        self.ledger.elastic =
-            self.cables.iter().map(|cable| cable.energy((position[cable.b] - position[cable.a]).norm())).sum();
+        self.ledger.elastic = self
+            .cables
+            .iter()
+            .map(|cable| cable.energy((position[cable.b] - position[cable.a]).norm()))
+            .sum();
         self.ledger.kinetic_target = match (&self.target, &state.target) {
             // The energy of a driven target is its drive's business.
             (Some(target), Some(body)) if target.motion == Motion::Free => {

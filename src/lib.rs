@@ -1,24 +1,100 @@
-//! tumblenet
+//! Tether-net capture of tumbling space debris, simulated on the Rapier rigid-body engine.
+//!
+//! A net is shot from a chaser by four flying weights (bullets), opens, meets a satellite or rocket
+//! stage that may be tumbling, and wraps it. Will it hold? This crate answers with a trajectory, an
+//! energy ledger and a verdict, and says what the answer costs.
+//!
+//! ```
+//! use tumblenet::{case::Case, metrics::deployment::Deployment, run::Run};
+//!
+//! let shorter = ["duration_s=0.1".to_owned(), "expect=null".to_owned()];
+//! let case = Case::load("deployment-kevlar", &shorter)?;
+//! let run = Run::of(&case, |_| {})?;
+//! assert!(Deployment::of(&case, &run).max_area_m2 > 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Flow
+//!
+//! ```text
+//! scene file -> Case -> Simulation -> Run -> Metrics -> Study -> Report
+//! (as written) (checked) (world, net,  (frames, (numbers) (many   (tables, files,
+//!                         effects,      ledger,            runs)    replay)
+//!                         contact)      counters)
+//! ```
+//!
+//! Each takes the value before it and returns the next; nothing reaches back.
+//!
+//! # Map, in reading order
+//!
+//! | module | subject |
+//! |---|---|
+//! | [`problems`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, the schema, what is built in |
+//! | [`cable`] | the only tension law |
+//! | [`solver`] | the numerical method as a user chooses it |
+//! | [`net`] | knots, cables, bullets; fold and launch |
+//! | [`geometry`], [`target`] | hulls; shapes, mass properties, pose and spin |
+//! | [`state`] | the nouns that travel in a step |
+//! | [`world`] | the engine behind our words; every engine setting |
+//! | [`cables`], [`contact`] | how tension acts; how a contact is answered |
+//! | [`effects`] | what a scene may call for beside them |
+//! | [`ledger`] | where energy and momentum went |
+//! | [`scene`], [`case`](mod@case) | as written; as checked |
+//! | [`simulation`], [`run`] | the step; the record |
+//! | [`metrics`] | deployment, capture, conservation, summary |
+//! | [`study`], [`report`] | many runs; tables, files, replay |
+//!
+//! # Conventions
+//!
+//! SI units and radians in the code; a file key carries its unit. The local frame O-XYZ has its
+//! origin at the centre of the net container, X along the travelling direction, Y to the left, Z up.
+//! The body frame o-xyz has its origin at the target's centre of mass. Equations, tables and
+//! sections without another source are those of M. Shan, "Net Deployment and Contact Dynamics of
+//! Capturing Space Debris Objects", dissertation, TU Delft; "the source" is that work.
+
+// The order is the reading order of the map, not the alphabet.
 pub mod problems;
+
 pub mod read;
+
 pub mod quantity;
+
 pub mod assets;
+
 pub mod cable;
+
 pub mod solver;
+
 pub mod net;
+
 pub mod geometry;
+
 pub mod target;
+
 pub mod state;
+
 pub mod world;
+
 pub mod cables;
+
 pub mod contact;
+
 pub mod effects;
+
 pub mod ledger;
+
 pub mod scene;
+
 pub mod case;
+
 pub mod simulation;
+
 pub mod run;
+
 pub mod provenance;
+
 pub mod metrics;
+
 pub mod study;
+
 pub mod report;

@@ -259,7 +259,9 @@ fn collect_names(path: &str, schema: &Value, root: &Value, names: &mut Vec<Strin
     for (key, below) in schema["properties"].as_object().into_iter().flatten() {
         collect_names(&read::join(path, key), below, root, names);
     }
-    let is = |name: &str| schema["type"] == name || schema["type"].as_array().is_some_and(|t| t.contains(&name.into()));
+    let is = |name: &str| {
+        schema["type"] == name || schema["type"].as_array().is_some_and(|t| t.contains(&name.into()))
+    };
     if is("number") || is("integer") {
         names.push(path.to_owned());
     } else if is("array") {
@@ -276,7 +278,9 @@ mod tests {
     #[test]
     fn names_of_the_contract_are_known() {
         let names = Summary::scalar_names();
-        for name in ["deployment.max_area_m2", "contact.first_contact_s", "target.displacement_m.0", "capture.cqi"] {
+        for name in
+            ["deployment.max_area_m2", "contact.first_contact_s", "target.displacement_m.0", "capture.cqi"]
+        {
             assert!(names.iter().any(|known| known == name), "{name} not in {names:?}");
         }
     }

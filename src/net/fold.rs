@@ -17,11 +17,7 @@ use super::Line;
 use super::spec::{self, FoldScheme};
 
 /// Positions of all knots in the container [m].
-pub(crate) fn folded(
-    spec: &spec::Net,
-    grid: [usize; 2],
-    lines: &[Line],
-) -> Vec<Vector3<f64>> {
+pub(crate) fn folded(spec: &spec::Net, grid: [usize; 2], lines: &[Line]) -> Vec<Vector3<f64>> {
     let sides = spec.mesh_length_m.sides();
     let ratio = spec.fold.ratio;
     let mut positions: Vec<Vector3<f64>> = Vec::new();

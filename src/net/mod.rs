@@ -124,7 +124,7 @@ impl Net {
         }
         net.perimeter = perimeter(grid, &lines);
         net.folded = fold::folded(spec, grid, &lines);
-        if spec.fold.scheme == spec::FoldScheme::Inwards && middle % 2 == 0 {
+        if spec.fold.scheme == spec::FoldScheme::Inwards && middle.is_multiple_of(2) {
             problems.add(
                 "net.fold.scheme",
                 format!("\"inwards\" with {middle} middle knots"),
@@ -138,7 +138,8 @@ impl Net {
     /// Bullets outward along the diagonals of the net, at `angle_deg` from X; all else at rest.
     fn shoot(&mut self, launch: &Launch, size: [f64; 2]) {
         let (sin, cos) = launch.angle_deg.to_radians().sin_cos();
-        for (bullet, [y, z]) in self.bullets.into_iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        for (bullet, [y, z]) in
+            self.bullets.into_iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         {
             let outward = Vector3::new(0.0, y * size[0], z * size[1]).normalize();
             self.launch_velocity[bullet] = launch.speed_m_s * (cos * Vector3::x() + sin * outward);

@@ -135,11 +135,8 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     let positions: Vec<Vector3<f64>> = frames.target.iter().map(|body| body.position).collect();
     let attitudes: Vec<_> = frames.target.iter().map(|body| body.attitude).collect();
     let rates: Vec<f64> = frames.target.iter().map(|body| body.rate.norm()).collect();
-    let areas: Vec<f64> = frames
-        .time
-        .iter()
-        .map(|time| run.mouth_area[(time / run.step).round() as usize])
-        .collect();
+    let areas: Vec<f64> =
+        frames.time.iter().map(|time| run.mouth_area[(time / run.step).round() as usize]).collect();
     let curve = |name, unit, values, along_slider| replay::Curve { name, unit, values, along_slider };
     let mut shown = vec![curve("area of the bullets", "m2", &areas, frames.target.is_empty())];
     if case.target.is_some() {

@@ -66,7 +66,10 @@ pub fn check_built(scene: &Scene, net: &Net, target: Option<&Target>, problems: 
         problems.add(
             "target.spin_rad_s",
             format!("{:.4} rad/s, {turn:.3} rad a step", target.spin.norm()),
-            format!("at most {MAX_TURN:.3} rad a step: a step of at most {:.3e} s", MAX_TURN / target.spin.norm()),
+            format!(
+                "at most {MAX_TURN:.3} rad a step: a step of at most {:.3e} s",
+                MAX_TURN / target.spin.norm()
+            ),
         );
     }
     // A knot past the middle of a part is pushed out on its far side.

@@ -43,13 +43,18 @@ impl Source {
         let mut problems = Problems::new(scene);
         if let Some(text) = Kind::Scene.text(scene) {
             let json = read::parse(text, "", &mut problems);
-            let source =
-                json.map(|json| Source { name: scene.to_owned(), input: scene.to_owned(), folder: None, json });
+            let source = json.map(|json| Source {
+                name: scene.to_owned(),
+                input: scene.to_owned(),
+                folder: None,
+                json,
+            });
             return problems.into_result(source);
         }
         let path = Path::new(scene);
         let json = read_text(path, &mut problems).and_then(|text| read::parse(&text, "", &mut problems));
-        let name = path.file_stem().map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned());
+        let name =
+            path.file_stem().map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned());
         let folder = path.parent().map(Path::to_path_buf);
         problems.into_result(json.map(|json| Source { name, input: scene.to_owned(), folder, json }))
     }

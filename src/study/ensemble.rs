@@ -105,12 +105,7 @@ pub fn perturbed(case: &Case, request: &Request, member: usize) -> Case {
 /// Runs the members that are not in `known` in parallel; `done` hears of each as it ends.
 ///
 /// Returns all members in their order.
-pub fn run(
-    case: &Case,
-    request: &Request,
-    known: Vec<Member>,
-    done: impl Fn(&Member) + Sync,
-) -> Vec<Member> {
+pub fn run(case: &Case, request: &Request, known: Vec<Member>, done: impl Fn(&Member) + Sync) -> Vec<Member> {
     let missing: Vec<usize> =
         (0..request.members).filter(|&member| known.iter().all(|k| k.member != member)).collect();
     let new: Vec<Member> = missing

@@ -13,10 +13,9 @@ pub mod sweeps;
 
 use nalgebra::Vector3;
 use rapier3d::prelude::{
-    Collider, ColliderBuilder, ColliderHandle, GenericJointBuilder, Group,
-    ImpulseJointHandle, InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes,
-    MassProperties, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients,
-    Vector,
+    Collider, ColliderBuilder, ColliderHandle, GenericJointBuilder, Group, ImpulseJointHandle,
+    InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes, MassProperties,
+    PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients, Vector,
 };
 use rapier3d::utils::OrthonormalBasis;
 
@@ -75,12 +74,14 @@ const TARGET: Group = Group::GROUP_2;
 impl World {
     /// Knots of `net`, and `target` where the scene has one.
     pub fn new(net: &Net, target: Option<&Target>, plan: &Plan) -> World {
-        // How far a knot and a part may come closer within a step, doubled: a snap can double a
-        // knot's speed. Below one knot radius the margin would be smaller than the knot.
+        // How far a knot and a part may come closer within a step. Four times the fastest at the
+        // start: light knots are snapped to several times a bullet's speed. With twice, 1 in 5 runs
+        // of the Cubesat met a knot the engine had not seen, 0.25 mm deep; with four times the
+        // deepest of 20 runs was 2e-3 mm.
         let fastest = net.launch_velocity.iter().map(|v| v.norm()).fold(0.0, f64::max)
             + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius);
         let thickest = net.radius.iter().copied().fold(0.0, f64::max);
-        let reach = (2.0 * fastest * plan.step).max(thickest);
+        let reach = (4.0 * fastest * plan.step).max(thickest);
 
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::ZERO;
@@ -333,4 +334,3 @@ fn contact_collider(
         .user_data(index as u128)
         .build()
 }
-
