@@ -20,7 +20,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::cable::Cable;
 use crate::effects::Effect;
 use crate::net::Net;
-use crate::state::{State, relative_velocity};
+use crate::state::State;
 use crate::target::Target;
 use crate::target::spec::Motion;
 
@@ -106,29 +106,28 @@ impl Bookkeeper {
         keeper
     }
 
-    /// Books the step of `step` seconds that led from `before` to `after`.
-    pub fn book(&mut self, before: &State, after: &State, effects: &mut [Box<dyn Effect>], step: f64) {
+    /// Books the step that led from `before` to `after`.
+    pub fn book(&mut self, before: &State, after: &State, effects: &mut [Box<dyn Effect>]) {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
         self.weigh(after, effects);
 
         let held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
         let mut on_knots = 0.0; // work of contacts and effects on the knots
         for contact in &after.contacts {
-            let impulse = contact.impulse_on_knot();
-            let mean = 0.5 * (before.knots.velocity[contact.knot] + after.knots.velocity[contact.knot]);
-            let sliding = relative_velocity(contact, before, after);
-            on_knots += impulse.dot(&mean);
-            self.ledger.contact -= contact.impulse * contact.normal.dot(&sliding);
+            on_knots += contact.work_on_knot;
+            self.ledger.contact += contact.loss;
             if held {
                 // A held target passes the impulse to the outside; the work of its moving surface
                 // comes from what drives it.
+                let impulse = contact.impulse_on_knot();
                 self.outside_impulse += impulse;
                 self.outside_angular_impulse += contact.point.cross(&impulse);
-                self.ledger.drive += impulse.dot(&(mean - sliding));
+                self.ledger.drive += contact.work_on_knot + contact.loss + contact.friction_loss;
             }
         }
-        for (knot, force) in after.loads.on_knots.iter().enumerate() {
-            on_knots += step * force.dot(&(0.5 * (before.knots.velocity[knot] + after.knots.velocity[knot])));
+        let moved = before.knots.position.iter().zip(&after.knots.position);
+        for (force, (from, to)) in after.loads.on_knots.iter().zip(moved) {
+            on_knots += force.dot(&(to - from));
         }
         for (index, effect) in effects.iter_mut().enumerate() {
             let posting = effect.account(before, after);

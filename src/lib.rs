@@ -79,6 +79,8 @@ pub mod cables;
 
 pub mod contact;
 
+pub mod plan;
+
 pub mod effects;
 
 pub mod ledger;
@@ -86,6 +88,12 @@ pub mod ledger;
 pub mod scene;
 
 pub mod case;
+
+pub mod failure;
+
+pub mod work;
+
+pub mod method;
 
 pub mod simulation;
 

@@ -5,9 +5,11 @@ use std::time::{Duration, Instant};
 use nalgebra::Vector3;
 
 use crate::case::Case;
+use crate::failure::Failure;
 use crate::ledger::Ledger;
-use crate::simulation::{Failure, Simulation, Work};
+use crate::simulation::Simulation;
 use crate::state::{Body, State};
+use crate::work::Work;
 use crate::world::Census;
 
 /// What was recorded, T frames of K knots.
@@ -96,7 +98,7 @@ impl Run {
         Ok(Run {
             frames: recorder.frames,
             mouth_area: recorder.mouth_area,
-            step: case.scene.solver.step_s.0,
+            step: case.pace.step,
             extremes: recorder.extremes,
             outside_impulse: simulation.books.outside_impulse,
             outside_angular_impulse: simulation.books.outside_angular_impulse,

@@ -13,23 +13,36 @@ pub struct Solver {
     pub cables: CableModel,
     /// How a contact is answered.
     pub contact: ContactModel,
-    /// Time step [s].
-    pub step_s: Positive,
-    /// Sub-steps of the engine within a step, at which cables and contacts act; contacts are found once a step.
+    /// Time step [s]: of the engine with `joints`, of the integration with `explicit` cables; left
+    /// out, one that suits the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_s: Option<Positive>,
+    /// `joints`: sub-steps of the engine within a step, at which cables and contacts act; contacts
+    /// are found once a step.
     #[schemars(range(min = 1, max = 1000))]
     pub substeps: u32,
-    /// Gauss-Seidel sweeps over all cable and contact rows in each sub-step: at least so many.
+    /// `joints`: Gauss-Seidel sweeps over all cable and contact rows in each sub-step: at least so many.
     #[schemars(range(min = 1, max = 1000))]
     pub sweeps: u32,
-    /// At most so many, while a step gains energy (see `world::sweeps`).
+    /// `joints`: at most so many, while a step gains energy (see `world::sweeps`).
     #[schemars(range(min = 1, max = 1000))]
     pub sweeps_max: u32,
-    /// Gauss-Seidel passes over the cables that snap taut within a step; 0: snaps are left to the engine.
+    /// `joints`: Gauss-Seidel passes over the cables that snap taut within a step; 0: snaps are left to the engine.
     #[schemars(range(max = 1000))]
     pub snap_passes: u32,
-    /// Coefficient of restitution e of a contact (Eq. 4.11) [-].
+    /// `joints`: how the net flies while its box and the target's are apart.
+    pub flight: Flight,
+    /// `explicit`: how the net is integrated.
+    pub integrator: Integrator,
+    /// `impulse` and `penalty`: distance from which a knot and a part are watched [m]; contacts are
+    /// looked for anew before any knot can have come so far. Left out: 2 % of the target's thinnest part.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reach_m: Option<Positive>,
+    /// Coefficient of restitution e of a contact (Eq. 4.11) [-]; not with `penalty`.
     #[schemars(range(min = 0, max = 1))]
     pub restitution: f64,
+    /// `penalty`: the contact force.
+    pub penalty: Penalty,
     /// Width of the engine's numbers.
     pub precision: Precision,
 }
@@ -43,16 +56,32 @@ impl Default for Solver {
         Solver {
             cables: CableModel::Joints,
             contact: ContactModel::Rapier,
-            step_s: Positive(0.0005),
+            step_s: None,
             substeps: 1,
             sweeps: 2,
             sweeps_max: 64,
             snap_passes: 4,
+            flight: Flight::Cables,
+            integrator: Integrator::Symplectic,
+            reach_m: None,
             restitution: 0.0,
+            penalty: Penalty::default(),
             precision: Precision::F64,
         }
     }
 }
+
+/// Step of the engine where a scene leaves it out [s].
+pub const JOINTS_STEP: f64 = 5e-4;
+
+/// Supported pairs of cables and contact, with the names that the program uses.
+pub const PAIRS: [(CableModel, ContactModel, &str); 5] = [
+    (CableModel::Joints, ContactModel::Rapier, "joints+rapier"),
+    (CableModel::Joints, ContactModel::Impulse, "joints+impulse"),
+    (CableModel::Joints, ContactModel::Penalty, "joints+penalty"),
+    (CableModel::Explicit, ContactModel::Impulse, "explicit+impulse"),
+    (CableModel::Explicit, ContactModel::Penalty, "explicit+penalty"),
+];
 
 /// How cable tension acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -60,6 +89,8 @@ impl Default for Solver {
 pub enum CableModel {
     /// Tension-only spring joints of the engine.
     Joints,
+    /// The source's mass-spring net in explicit sub-steps.
+    Explicit,
 }
 
 /// How a contact is answered.
@@ -68,6 +99,82 @@ pub enum CableModel {
 pub enum ContactModel {
     /// The engine's own solver.
     Rapier,
+    /// The source's simultaneous impulses (Section 4.3).
+    Impulse,
+    /// The source's penalty force (Section 4.2).
+    Penalty,
+}
+
+/// How the net flies before it meets the target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Flight {
+    /// With the same cables as later.
+    Cables,
+    /// With explicit cables, handed over when the boxes meet.
+    Explicit,
+}
+
+/// How the explicit net is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// Semi-implicit Euler: velocities first, positions with the new ones.
+    Symplectic,
+    /// Classical Runge-Kutta of fourth order, the source's choice.
+    Rk4,
+}
+
+/// The contact force of the penalty method (Section 4.2.1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Penalty {
+    /// The law of Table 4.1.
+    pub law: PenaltyLaw,
+    /// Stiffness k [N/m^n]; left out: Hertz, Eq. 4.3 and 4.4, from the radius of each knot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Positive>,
+    /// Exponent n of the deformation [-]; 1 for `spring-dashpot` whatever stands here.
+    #[schemars(range(min = 1, max = 3))]
+    pub exponent: f64,
+    /// Hunt and Crossley's alpha of Eq. 4.5 [s/m]: 0.08 to 0.32.
+    #[schemars(range(min = 0, max = 100))]
+    pub alpha_s_m: f64,
+    /// Damping d of `spring-dashpot` [N s/m].
+    #[schemars(range(min = 0))]
+    pub damping_n_s_m: f64,
+    /// Young's modulus of the target's surface, for Eq. 4.4 [Pa].
+    pub target_young_modulus_pa: Positive,
+    /// Poisson's ratios of net and target, for Eq. 4.4 [-].
+    #[schemars(inner(range(min = 0, max = 0.5)))]
+    pub poisson_ratios: [f64; 2],
+}
+
+impl Default for Penalty {
+    /// Aluminium and a polymer fibre; the source gives neither its modulus nor its ratio.
+    fn default() -> Self {
+        Penalty {
+            law: PenaltyLaw::HuntCrossley,
+            stiffness: None,
+            exponent: 1.5,
+            alpha_s_m: 0.2,
+            damping_n_s_m: 0.0,
+            target_young_modulus_pa: Positive(7e10),
+            poisson_ratios: [0.4, 0.33],
+        }
+    }
+}
+
+/// Contact forces of Table 4.1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PenaltyLaw {
+    /// f = k delta + d delta'.
+    SpringDashpot,
+    /// f = k delta^n.
+    Hertz,
+    /// f = k delta^n + d delta^n delta', the non-linear damping of Hunt and Crossley.
+    HuntCrossley,
 }
 
 /// Width of the engine's numbers.

@@ -13,6 +13,17 @@ pub struct Knots {
     pub velocity: Vec<Vector3<f64>>,
 }
 
+impl Knots {
+    /// Whether their box is farther than `reach` [m] from the body's centre along some axis.
+    pub fn apart_from(&self, body: &Body, reach: f64) -> bool {
+        (0..3).any(|axis| {
+            let along = || self.position.iter().map(|p| p[axis]);
+            along().fold(f64::INFINITY, f64::min) > body.position[axis] + reach
+                || along().fold(f64::NEG_INFINITY, f64::max) < body.position[axis] - reach
+        })
+    }
+}
+
 /// Pose and motion of the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
@@ -52,7 +63,7 @@ impl Body {
 }
 
 /// One contact between a knot and a part of the target, the same record for every response.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contact {
     /// The knot.
     pub knot: usize,
@@ -62,12 +73,19 @@ pub struct Contact {
     pub point: Vector3<f64>,
     /// Unit normal, from the target to the net.
     pub normal: Vector3<f64>,
-    /// Distance of their surfaces at the start of the step; negative when they overlap [m].
+    /// Least distance of their surfaces at the start of the step and its sub-steps; negative when they
+    /// overlap [m].
     pub gap: f64,
     /// Impulse on the knot along the normal within the step [N s].
     pub impulse: f64,
     /// Impulse on the knot across the normal within the step [N s].
     pub friction: Vector3<f64>,
+    /// Work of both on the knot [J].
+    pub work_on_knot: f64,
+    /// Energy that the normal impulse took from net and target [J].
+    pub loss: f64,
+    /// Energy that friction took from net and target [J].
+    pub friction_loss: f64,
 }
 
 impl Contact {
@@ -75,18 +93,6 @@ impl Contact {
     pub fn impulse_on_knot(&self) -> Vector3<f64> {
         self.impulse * self.normal + self.friction
     }
-}
-
-/// Velocity of a contact's knot relative to the surface it touches, averaged over the step that led
-/// from `before` to `after` [m/s].
-///
-/// With the average, impulse times velocity is exactly the change of a knot's kinetic energy.
-pub fn relative_velocity(contact: &Contact, before: &State, after: &State) -> Vector3<f64> {
-    let at = |state: &State| {
-        let surface = state.target.map_or(Vector3::zeros(), |body| body.velocity_at(contact.point));
-        state.knots.velocity[contact.knot] - surface
-    };
-    0.5 * (at(before) + at(after))
 }
 
 /// Forces that effects apply over a step.

@@ -19,7 +19,6 @@
 
 use crate::cable::Cable;
 use crate::net::Net;
-use crate::solver::Solver;
 use crate::state::State;
 use crate::world::World;
 
@@ -58,9 +57,8 @@ struct Snap {
 }
 
 impl Joints {
-    /// Ties the cables of `net` in `world`.
-    pub fn install(net: &Net, solver: &Solver, world: &mut World) -> Joints {
-        let step = solver.step_s.0;
+    /// Ties the cables of `net` in `world`, for steps of `step` seconds with `passes` over the snaps.
+    pub fn install(net: &Net, passes: u32, step: f64, world: &mut World) -> Joints {
         for cable in &net.cables {
             let frequency = cable.natural_frequency() / std::f64::consts::TAU;
             world.tie([cable.a, cable.b], cable.rest_length, frequency, cable.damping_ratio());
@@ -78,7 +76,7 @@ impl Joints {
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             snaps,
             acting: vec![true; net.cables.len()],
-            passes: solver.snap_passes,
+            passes,
             step,
             touched: vec![false; net.n_knots()],
             snapped: Vec::new(),

@@ -8,9 +8,9 @@ mod show;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use tumblenet::failure::Failure;
 use tumblenet::problems::Problems;
 use tumblenet::report::files::WriteError;
-use tumblenet::simulation::Failure;
 
 /// Tether-net capture of tumbling space debris, on the Rapier rigid-body engine.
 ///

@@ -6,10 +6,29 @@
 //! restitution once at the end of a step, contact by contact, not to all contacts at once as
 //! Eq. 4.25 does.
 
-use crate::state::State;
+use nalgebra::Vector3;
+
+use crate::state::{Contact, State};
 use crate::world::World;
 
-/// After the world moved: what happened at each contact.
-pub fn observe(world: &World, state: &mut State) {
-    world.contacts(&mut state.contacts);
+/// After the world moved from `before` to `state`: what happened at each contact.
+pub fn observe(world: &World, before: &State, state: &mut State) {
+    let mut contacts = std::mem::take(&mut state.contacts);
+    world.contacts(&mut contacts);
+    for contact in &mut contacts {
+        weigh(contact, before, state);
+    }
+    state.contacts = contacts;
+}
+
+/// Work and losses of a contact's impulses. With velocities averaged over the step, impulse times
+/// velocity is exactly the change of a knot's kinetic energy.
+fn weigh(contact: &mut Contact, before: &State, after: &State) {
+    let surface =
+        |state: &State| state.target.map_or(Vector3::zeros(), |body| body.velocity_at(contact.point));
+    let knot = 0.5 * (before.knots.velocity[contact.knot] + after.knots.velocity[contact.knot]);
+    let sliding = knot - 0.5 * (surface(before) + surface(after));
+    contact.work_on_knot = contact.impulse_on_knot().dot(&knot);
+    contact.loss = -contact.impulse * contact.normal.dot(&sliding);
+    contact.friction_loss = -contact.friction.dot(&sliding);
 }

@@ -1,7 +1,8 @@
-//! Coulomb friction between net and target.
+//! Friction between net and target (Section 4.2.2).
 //!
-//! |f_t| ≤ μ f_n, against the sliding velocity (Section 4.2.2). Solved by the engine as two rows a
-//! contact, bounded by μ times the normal impulse of the same sub-step.
+//! |f_t| ≤ μ f_n, against the sliding velocity: Coulomb's law for every contact response, Hollars'
+//! law (Eq. 4.6) for those of our own. The engine solves it as two rows a contact, bounded by μ
+//! times the normal impulse of the same sub-step; ours apply it after the normal impulses.
 //!
 //! Friction is internal to net and target: it takes energy out and moves momentum between them.
 
@@ -9,8 +10,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Effect, Posting};
-use crate::state::{State, relative_velocity};
-use crate::world::Plan;
+use crate::contact::friction;
+use crate::plan::Plan;
+use crate::quantity::Positive;
+use crate::state::State;
 
 /// Parameters of friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,9 +22,16 @@ pub struct Friction {
     /// The law.
     #[serde(default)]
     pub law: Law,
-    /// Coefficient of friction μ [-].
+    /// Coefficient of friction μ; of sliding, μ_k, with `hollars` [-].
     #[schemars(range(min = 0, max = 10))]
     pub coefficient: f64,
+    /// `hollars`: coefficient of sticking μ_s; left out: that of sliding [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 10))]
+    pub static_coefficient: Option<f64>,
+    /// `hollars`: transition speed v_t0 [m/s].
+    #[serde(default = "Friction::default_transition_speed")]
+    pub transition_speed_m_s: Positive,
 }
 
 /// Friction laws.
@@ -31,12 +41,30 @@ pub enum Law {
     /// One coefficient for sticking and sliding.
     #[default]
     Coulomb,
+    /// Eq. 4.6; not with `solver.contact` `rapier`.
+    Hollars,
 }
 
 impl Friction {
+    fn default_transition_speed() -> Positive {
+        Positive(0.01)
+    }
+
     /// The effect.
     pub fn build(&self) -> Box<dyn Effect> {
         Box::new(*self)
+    }
+
+    /// The law that a contact response applies.
+    pub fn contact_law(&self) -> friction::Law {
+        match self.law {
+            Law::Coulomb => friction::Law::Coulomb { coefficient: self.coefficient },
+            Law::Hollars => friction::Law::Hollars {
+                kinetic: self.coefficient,
+                static_: self.static_coefficient.unwrap_or(self.coefficient),
+                transition_speed: self.transition_speed_m_s.0,
+            },
+        }
     }
 }
 
@@ -46,21 +74,19 @@ impl Effect for Friction {
     }
 
     fn install(&self, plan: &mut Plan) {
-        plan.friction = self.coefficient;
+        plan.friction = Some(self.contact_law());
     }
 
     fn installs(&self) -> String {
-        format!("two friction rows a contact, coefficient {}", self.coefficient)
+        format!("friction at every contact, coefficient {}", self.coefficient)
     }
 
-    /// W = Σ f_t · (v_knot − v_surface), with velocities averaged over the step: exact for the
-    /// knots, whose momentum changes by the impulses of the step.
-    fn account(&mut self, before: &State, after: &State) -> Posting {
-        let mut posting = Posting::default();
-        for contact in &after.contacts {
-            posting.work += contact.friction.dot(&relative_velocity(contact, before, after));
-            posting.count += u64::from(contact.friction.norm_squared() > 0.0);
+    fn account(&mut self, _before: &State, after: &State) -> Posting {
+        let rubbing = after.contacts.iter().filter(|contact| contact.friction.norm_squared() > 0.0);
+        Posting {
+            work: -after.contacts.iter().map(|contact| contact.friction_loss).sum::<f64>(),
+            count: rubbing.count() as u64,
+            ..Posting::default()
         }
-        posting
     }
 }

@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::plan::Plan;
 use crate::state::{Loads, State};
-use crate::world::Plan;
 
 /// What an effect owes.
 pub trait Effect: Send {

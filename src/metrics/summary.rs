@@ -119,7 +119,7 @@ impl Summary {
     /// The summary of `run`, with the capture curves worked out before.
     pub fn of(case: &Case, run: &Run, curves: &Curves) -> Summary {
         let has_target = case.target.is_some();
-        let step = case.scene.solver.step_s.0;
+        let step = case.pace.step;
         let extremes = &run.extremes;
         Summary {
             title: case.scene.title.clone(),

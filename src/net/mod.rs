@@ -33,6 +33,8 @@ pub struct Net {
     pub mass: Vec<f64>,
     /// Radius of each knot's ball: that of its thickest cable [m].
     pub radius: Vec<f64>,
+    /// Young's modulus of each knot's stiffest cable [Pa].
+    pub young_modulus: Vec<f64>,
     /// All cables, in pieces where they carry middle knots.
     pub cables: Vec<Cable>,
     /// The four corner knots, in order around the mouth.
@@ -75,6 +77,7 @@ impl Net {
             grid,
             mass: vec![0.0; n_knots as usize],
             radius: vec![0.0; n_knots as usize],
+            young_modulus: vec![0.0; n_knots as usize],
             cables: Vec::with_capacity(n_lines * (middle + 1)),
             bullets: [
                 0,
@@ -98,6 +101,8 @@ impl Net {
                 for knot in [a, b] {
                     net.mass[knot] += half_mass;
                     net.radius[knot] = net.radius[knot].max(0.5 * strand.diameter);
+                    let modulus = strand.material.young_modulus_pa.0;
+                    net.young_modulus[knot] = net.young_modulus[knot].max(modulus);
                 }
             }
         }

@@ -1,9 +1,12 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
 use super::schema::Scene;
+use crate::case;
+use crate::effects::friction::Law;
 use crate::metrics::summary::Summary;
 use crate::net::Net;
 use crate::problems::Problems;
+use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
 use crate::target::Target;
 use crate::target::spec::Motion;
 
@@ -18,7 +21,8 @@ const MAX_TURN: f64 = 0.25 * std::f64::consts::PI;
 
 /// Checks time, output and expectations of a scene.
 pub fn check_scene(scene: &Scene, problems: &mut Problems) {
-    let (duration, step) = (scene.duration_s.0, scene.solver.step_s.0);
+    let duration = scene.duration_s.0;
+    let step = scene.solver.step_s.map_or(JOINTS_STEP.min(duration), |step| step.0);
     if step > duration {
         problems.add("solver.step_s", step, format!("at most duration_s, {duration}"));
     } else if duration / step > MAX_STEPS {
@@ -37,6 +41,7 @@ pub fn check_scene(scene: &Scene, problems: &mut Problems) {
     if scene.target.is_none() && scene.expect.captured.is_some() {
         problems.add("expect.captured", "a verdict without a target", "a scene with a target");
     }
+    check_solver(scene, problems);
     let known = Summary::scalar_names();
     for (name, [low, high]) in &scene.expect.within {
         let place = format!("expect.within.{name}");
@@ -49,9 +54,51 @@ pub fn check_scene(scene: &Scene, problems: &mut Problems) {
     }
 }
 
-/// Checks what net and target allow the solver.
-pub fn check_built(scene: &Scene, net: &Net, target: Option<&Target>, problems: &mut Problems) {
-    let step = scene.solver.step_s.0;
+/// Checks that the parts of the method go together.
+fn check_solver(scene: &Scene, problems: &mut Problems) {
+    let solver = &scene.solver;
+    let own_contact = solver.contact != ContactModel::Rapier;
+    if solver.cables == CableModel::Explicit && !own_contact {
+        problems.add(
+            "solver.contact",
+            "\"rapier\" with explicit cables",
+            "\"impulse\" or \"penalty\": the engine answers contacts only of bodies that it moves itself",
+        );
+    }
+    if solver.cables == CableModel::Joints && own_contact && solver.substeps > 1 {
+        problems.add(
+            "solver.substeps",
+            format!("{} with a contact response of our own", solver.substeps),
+            "1: such a response acts once a step of the engine; shorten solver.step_s instead",
+        );
+    }
+    if solver.contact == ContactModel::Penalty && solver.restitution > 0.0 {
+        problems.add(
+            "solver.restitution",
+            format!("{} with \"penalty\"", solver.restitution),
+            "0: a penalty force bounces by solver.penalty.alpha_s_m",
+        );
+    }
+    let hollars = scene.effects.friction.is_some_and(|friction| friction.law == Law::Hollars);
+    if hollars && !own_contact {
+        problems.add(
+            "effects.friction.law",
+            "\"hollars\" with solver.contact \"rapier\"",
+            "\"coulomb\", or solver.contact \"impulse\" or \"penalty\": the engine has one coefficient",
+        );
+    }
+}
+
+/// Checks what net and target allow the solver, whose steps take `step` seconds.
+pub fn check_built(scene: &Scene, net: &Net, target: Option<&Target>, step: f64, problems: &mut Problems) {
+    let stable = case::stable_step(scene, net, target);
+    if let Some(given) = scene.solver.step_s.filter(|given| given.0 > stable) {
+        problems.add(
+            "solver.step_s",
+            given.0,
+            format!("at most {stable:.3e} s, the stable step of this net and contact; left out, a safe one is chosen"),
+        );
+    }
     let n_frames = scene.duration_s.0 / scene.output.sample_s.0.max(step);
     if n_frames * net.n_knots() as f64 > MAX_RECORDED {
         problems.add(

@@ -8,6 +8,7 @@ pub mod files;
 pub mod import;
 pub mod mass;
 pub mod moments;
+pub mod motion;
 pub mod parts;
 pub mod samples;
 pub mod shape;

@@ -8,14 +8,15 @@
 //! apart, the knots' colliders are off and the engine detects nothing.
 
 mod convert;
+pub mod detector;
 pub mod settings;
 pub mod sweeps;
 
 use nalgebra::Vector3;
 use rapier3d::prelude::{
-    Collider, ColliderBuilder, ColliderHandle, GenericJointBuilder, Group, ImpulseJointHandle,
+    Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group, ImpulseJointHandle,
     InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes, MassProperties,
-    PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients, Vector,
+    NarrowPhase, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients, Vector,
 };
 use rapier3d::utils::OrthonormalBasis;
 
@@ -25,17 +26,19 @@ use crate::target::Target;
 use crate::target::spec::Motion;
 use convert::{engines, engines_matrix, engines_pose, engines_pose_of, our_rotation, ours};
 
-/// What effects and solver ask of the world before it is built.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plan {
+/// How the world is set up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Setup {
     /// Time step [s].
     pub step: f64,
     /// Sub-steps of the engine within a step.
     pub substeps: u32,
     /// Coefficient of restitution of contacts [-].
     pub restitution: f64,
-    /// Coulomb friction coefficient of contacts [-].
+    /// Coefficient of friction of contacts [-].
     pub friction: f64,
+    /// Whether the engine finds and answers contacts.
+    pub has_contacts: bool,
 }
 
 /// What the world consists of.
@@ -73,7 +76,7 @@ const TARGET: Group = Group::GROUP_2;
 
 impl World {
     /// Knots of `net`, and `target` where the scene has one.
-    pub fn new(net: &Net, target: Option<&Target>, plan: &Plan) -> World {
+    pub fn new(net: &Net, target: Option<&Target>, setup: &Setup) -> World {
         // How far a knot and a part may come closer within a step. Four times the fastest at the
         // start: light knots are snapped to several times a bullet's speed. With twice, 1 in 5 runs
         // of the Cubesat met a knot the engine had not seen, 0.25 mm deep; with four times the
@@ -81,11 +84,11 @@ impl World {
         let fastest = net.launch_velocity.iter().map(|v| v.norm()).fold(0.0, f64::max)
             + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius);
         let thickest = net.radius.iter().copied().fold(0.0, f64::max);
-        let reach = (4.0 * fastest * plan.step).max(thickest);
+        let reach = (4.0 * fastest * setup.step).max(thickest);
 
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::ZERO;
-        physics.integration_parameters = settings::parameters(plan.step, plan.substeps, reach);
+        physics.integration_parameters = settings::parameters(setup.step, setup.substeps, reach);
         let knots: Vec<_> = (0..net.n_knots())
             .map(|knot| {
                 physics.bodies.insert(
@@ -104,7 +107,7 @@ impl World {
                 )
             })
             .collect();
-        let target = target.map(|target| insert_target(&mut physics, target, net, &knots, plan, reach));
+        let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
         World { physics, knots, joints: Vec::new(), target, forces_act: false }
     }
 
@@ -144,8 +147,36 @@ impl World {
         self.physics.bodies[self.knots[index]].set_linvel(engines(velocity), false);
     }
 
-    /// Applies forces over the next step.
+    /// Puts knot `index` elsewhere [m].
+    pub fn set_position(&mut self, index: usize, position: &Vector3<f64>) {
+        self.physics.bodies[self.knots[index]].set_translation(engines(position), false);
+    }
+
+    /// Gives the target a new pose and motion.
+    pub fn set_target(&mut self, body: &Body) {
+        let Some(target) = &self.target else { return };
+        let own = &mut self.physics.bodies[target.body];
+        own.set_position(engines_pose_of(&body.position, &body.attitude), false);
+        own.set_linvel(engines(&body.velocity), false);
+        own.set_angvel(engines(&body.rate), false);
+    }
+
+    /// Takes over all positions and velocities of `state`.
+    pub fn write(&mut self, state: &State) {
+        for knot in 0..self.knots.len() {
+            self.set_position(knot, &state.knots.position[knot]);
+            self.set_velocity(knot, &state.knots.velocity[knot]);
+        }
+        if let Some(body) = &state.target {
+            self.set_target(body);
+        }
+    }
+
+    /// Applies the forces of effects over the next step; none where no effect applies any.
     pub fn apply(&mut self, loads: &Loads) {
+        if loads.on_knots.is_empty() {
+            return;
+        }
         self.forces_act = true;
         for (&handle, force) in self.knots.iter().zip(&loads.on_knots) {
             self.physics.bodies[handle].add_force(engines(force), false);
@@ -159,22 +190,21 @@ impl World {
 
     /// Turns detection on when the boxes of net and target come within reach of each other.
     fn watch(&mut self, state: &State) {
-        let (Some(target), Some(body)) = (&mut self.target, &state.target) else { return };
-        if target.detecting {
+        if self.detecting() || self.apart(state) {
             return;
         }
-        let reach = target.bounding_radius + target.reach;
-        let apart = (0..3).any(|axis| {
-            let along = || state.knots.position.iter().map(|p| p[axis]);
-            along().fold(f64::INFINITY, f64::min) > body.position[axis] + reach
-                || along().fold(f64::NEG_INFINITY, f64::max) < body.position[axis] - reach
-        });
-        if !apart {
-            target.detecting = true;
+        if let Some(target) = &mut self.target {
+            target.detecting = !target.knot_colliders.is_empty();
             for &handle in &target.knot_colliders {
                 self.physics.colliders[handle].set_enabled(true);
             }
         }
+    }
+
+    /// Whether net and target are out of reach of each other.
+    pub fn apart(&self, state: &State) -> bool {
+        let (Some(target), Some(body)) = (&self.target, &state.target) else { return true };
+        state.knots.apart_from(body, target.bounding_radius + target.reach)
     }
 
     /// One step of the engine from `state`, with `sweeps` sweeps over all rows in each sub-step;
@@ -221,37 +251,7 @@ impl World {
 
     /// The contacts of the last step, in the order of knots and parts.
     pub fn contacts(&self, contacts: &mut Vec<Contact>) {
-        contacts.clear();
-        for pair in self.physics.narrow_phase.contact_pairs() {
-            let colliders = &self.physics.colliders;
-            let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
-            else {
-                continue;
-            };
-            // The engine orders a pair as it likes; its normal points from first to second.
-            let knot_is_first = first.collision_groups().memberships == KNOTS;
-            let (knot, part) = if knot_is_first { (first, second) } else { (second, first) };
-            for manifold in pair.solver_manifolds() {
-                let from_first = manifold.data.normal;
-                let normal = if knot_is_first { -from_first } else { from_first };
-                let [tangent, bitangent] = (-from_first).orthonormal_basis();
-                for point in &manifold.points {
-                    let place = first.position() * point.local_p1;
-                    let along = point.data.tangent_impulse;
-                    let on_first = tangent * along.x + bitangent * along.y;
-                    contacts.push(Contact {
-                        knot: knot.user_data as usize,
-                        part: part.user_data as usize,
-                        point: ours(place),
-                        normal: ours(normal),
-                        gap: point.dist,
-                        impulse: point.data.impulse,
-                        friction: ours(if knot_is_first { on_first } else { -on_first }),
-                    });
-                }
-            }
-        }
-        contacts.sort_by_key(|contact| (contact.knot, contact.part));
+        read_contacts(&self.physics.narrow_phase, &self.physics.colliders, contacts);
     }
 
     /// Whether the engine detects contacts now.
@@ -274,13 +274,47 @@ impl World {
     }
 }
 
+/// The contacts that `narrow_phase` holds, in the order of knots and parts.
+fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: &mut Vec<Contact>) {
+    contacts.clear();
+    for pair in narrow_phase.contact_pairs() {
+        let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
+        else {
+            continue;
+        };
+        // The engine orders a pair as it likes; its normal points from first to second.
+        let knot_is_first = first.collision_groups().memberships == KNOTS;
+        let (knot, part) = if knot_is_first { (first, second) } else { (second, first) };
+        for manifold in pair.solver_manifolds() {
+            let from_first = manifold.data.normal;
+            let normal = if knot_is_first { -from_first } else { from_first };
+            let [tangent, bitangent] = (-from_first).orthonormal_basis();
+            for point in &manifold.points {
+                let along = point.data.tangent_impulse;
+                let on_first = tangent * along.x + bitangent * along.y;
+                contacts.push(Contact {
+                    knot: knot.user_data as usize,
+                    part: part.user_data as usize,
+                    point: ours(first.position() * point.local_p1),
+                    normal: ours(normal),
+                    gap: point.dist,
+                    impulse: point.data.impulse,
+                    friction: ours(if knot_is_first { on_first } else { -on_first }),
+                    ..Contact::default()
+                });
+            }
+        }
+    }
+    contacts.sort_by_key(|contact| (contact.knot, contact.part));
+}
+
 /// The target as one rigid body with a collider a part, and a collider for every knot.
 fn insert_target(
     physics: &mut PhysicsWorld,
     target: &Target,
     net: &Net,
     knots: &[RigidBodyHandle],
-    plan: &Plan,
+    setup: &Setup,
     reach: f64,
 ) -> TargetHandles {
     let kind = match target.motion {
@@ -302,17 +336,21 @@ fn insert_target(
             ))
             .can_sleep(false),
     );
-    for (index, part) in target.parts.iter().enumerate() {
+    let (parts, touching) = match setup.has_contacts {
+        true => (&target.parts[..], knots),
+        false => (&[][..], &[][..]),
+    };
+    for (index, part) in parts.iter().enumerate() {
         let collider = ColliderBuilder::new(part.to_parry()).position(engines_pose(&part.pose));
-        physics.insert_collider(contact_collider(collider, plan, TARGET, KNOTS, index), Some(body));
+        physics.insert_collider(contact_collider(collider, setup, TARGET, KNOTS, index), Some(body));
     }
     // Knots see the target and not each other: a scene that wants more names an effect.
-    let knot_colliders = knots
+    let knot_colliders = touching
         .iter()
         .enumerate()
         .map(|(knot, &handle)| {
             let ball = ColliderBuilder::ball(net.radius[knot]).enabled(false);
-            physics.insert_collider(contact_collider(ball, plan, KNOTS, TARGET, knot), Some(handle))
+            physics.insert_collider(contact_collider(ball, setup, KNOTS, TARGET, knot), Some(handle))
         })
         .collect();
     TargetHandles { body, knot_colliders, bounding_radius: target.bounding_radius, reach, detecting: false }
@@ -321,15 +359,15 @@ fn insert_target(
 /// What knots' and parts' colliders have in common; masses are set on the bodies.
 fn contact_collider(
     builder: ColliderBuilder,
-    plan: &Plan,
+    setup: &Setup,
     member_of: Group,
     sees: Group,
     index: usize,
 ) -> Collider {
     builder
         .density(0.0)
-        .restitution(plan.restitution)
-        .friction(plan.friction)
+        .restitution(setup.restitution)
+        .friction(setup.friction)
         .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
         .user_data(index as u128)
         .build()

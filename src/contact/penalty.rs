@@ -1,0 +1,165 @@
+//! Contacts answered by a force that grows with the overlap (Section 4.2).
+//!
+//! | law (Table 4.1) | force |
+//! |---|---|
+//! | spring-dashpot | k δ + d δ̇ |
+//! | hertz | k δⁿ |
+//! | hunt-crossley | k δⁿ + d δⁿ δ̇, d = 3 α k / 2 (Eq. 4.5) |
+//!
+//! δ is the overlap and δ̇ its rate. The print of Table 4.1 gives the last law as k δⁿ + d δ̇ⁿ; the
+//! factor δⁿ of Hunt and Crossley, which makes the force start from zero as the text says it does,
+//! was lost there. The force never pulls.
+//!
+//! Hertz stiffness of a ball of radius r on a plane (Eq. 4.3, 4.4):
+//! k = 4 √r / (3 π (h₁ + h₂)), hᵢ = (1 − νᵢ²) / (π Eᵢ)   [N/m^1.5]
+//!
+//! The force is explicit over a (sub-)step h, which must resolve the contact: h below 2 / ω with
+//! ω² = n k δⁿ⁻¹ / m at the deepest overlap that a knot reaches at a given speed.
+
+use nalgebra::Vector3;
+
+use super::friction::Law;
+use super::{Mobility, Row};
+use crate::net::Net;
+use crate::solver;
+use crate::solver::PenaltyLaw;
+
+/// The penalty response.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Penalty {
+    law: PenaltyLaw,
+    /// k of each knot [N/m^n].
+    stiffness: Vec<f64>,
+    exponent: f64,
+    /// d over k for Hunt and Crossley [s/m]; d itself for the spring-dashpot [N s/m].
+    damping: f64,
+    friction: Option<Law>,
+}
+
+impl Penalty {
+    /// The response to contacts of `net`.
+    pub fn new(net: &Net, parameters: &solver::Penalty, friction: Option<Law>) -> Penalty {
+        let linear = parameters.law == PenaltyLaw::SpringDashpot;
+        let stiffness = |knot: usize| match parameters.stiffness {
+            Some(stiffness) => stiffness.0,
+            None => hertz(
+                net.radius[knot],
+                [net.young_modulus[knot], parameters.target_young_modulus_pa.0],
+                parameters.poisson_ratios,
+            ),
+        };
+        Penalty {
+            law: parameters.law,
+            stiffness: (0..net.n_knots()).map(stiffness).collect(),
+            exponent: if linear { 1.0 } else { parameters.exponent },
+            damping: match parameters.law {
+                PenaltyLaw::SpringDashpot => parameters.damping_n_s_m,
+                PenaltyLaw::Hertz => 0.0,
+                PenaltyLaw::HuntCrossley => 1.5 * parameters.alpha_s_m,
+            },
+            friction,
+        }
+    }
+
+    /// Impulse on the knot of each row within a step of `step` seconds: along the normal and across
+    /// it [N s].
+    pub fn respond(&self, rows: &[Row], mobility: &Mobility, step: f64) -> Vec<(f64, Vector3<f64>)> {
+        rows.iter()
+            .map(|row| {
+                let normal = step * self.force(row.knot, -row.gap, -row.speed());
+                let across = self.friction.map(|law| law.impulse(row, mobility, normal));
+                (normal, across.unwrap_or_default())
+            })
+            .collect()
+    }
+
+    /// Normal force on a knot at overlap `depth` [m] that grows at `rate` [m/s]   [N].
+    pub fn force(&self, knot: usize, depth: f64, rate: f64) -> f64 {
+        if depth <= 0.0 {
+            return 0.0;
+        }
+        let elastic = self.stiffness[knot] * depth.powf(self.exponent);
+        let force = match self.law {
+            PenaltyLaw::SpringDashpot => elastic + self.damping * rate,
+            PenaltyLaw::Hertz => elastic,
+            PenaltyLaw::HuntCrossley => elastic * (1.0 + self.damping * rate),
+        };
+        force.max(0.0)
+    }
+
+    /// Largest step at which knots that meet the target at `speed` [m/s] are stable [s].
+    pub fn stable_step(&self, net: &Net, speed: f64) -> f64 {
+        let n = self.exponent;
+        let limit = |knot: usize| {
+            let (k, m) = (self.stiffness[knot], net.mass[knot]);
+            // Deepest overlap by energy: m v² / 2 = k δⁿ⁺¹ / (n + 1).
+            let depth = (0.5 * m * speed * speed * (n + 1.0) / k).powf(1.0 / (n + 1.0));
+            let frequency = (n * k * depth.powf(n - 1.0) / m).sqrt();
+            let damping = match self.law {
+                PenaltyLaw::SpringDashpot => self.damping,
+                _ => self.damping * k * depth.powf(n),
+            };
+            let ratio = 0.5 * damping / (m * frequency);
+            2.0 * ((1.0 + ratio * ratio).sqrt() - ratio) / frequency
+        };
+        (0..net.n_knots()).map(limit).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Hertz stiffness of a ball on a plane, Eq. 4.3 and 4.4 [N/m^1.5].
+pub fn hertz(radius: f64, young_moduli: [f64; 2], poisson_ratios: [f64; 2]) -> f64 {
+    let compliance =
+        |i: usize| (1.0 - poisson_ratios[i] * poisson_ratios[i]) / (std::f64::consts::PI * young_moduli[i]);
+    4.0 * radius.sqrt() / (3.0 * std::f64::consts::PI * (compliance(0) + compliance(1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn penalty(law: PenaltyLaw) -> Penalty {
+        let linear = law == PenaltyLaw::SpringDashpot;
+        Penalty {
+            law,
+            stiffness: vec![1e6],
+            exponent: if linear { 1.0 } else { 1.5 },
+            damping: if linear { 5.0 } else { 0.3 },
+            friction: None,
+        }
+    }
+
+    #[test]
+    fn hertz_stiffness_of_two_equal_bodies() {
+        // h₁ = h₂ = (1 − ν²) / (π E), so k = 2 E √r / (3 (1 − ν²)).
+        let k = hertz(4e-4, [1e9, 1e9], [0.3, 0.3]);
+        assert!((k - 2.0 * 1e9 * 0.02 / (3.0 * 0.91)).abs() < 1e-3, "{k}");
+    }
+
+    #[test]
+    fn forces_follow_table_4_1_and_never_pull() {
+        for law in [PenaltyLaw::SpringDashpot, PenaltyLaw::Hertz, PenaltyLaw::HuntCrossley] {
+            let penalty = penalty(law);
+            assert_eq!(penalty.force(0, -1e-6, 1.0), 0.0);
+            assert!(penalty.force(0, 1e-9, -1e3) >= 0.0);
+        }
+        assert!((penalty(PenaltyLaw::SpringDashpot).force(0, 1e-4, 2.0) - 110.0).abs() < 1e-9);
+        assert!((penalty(PenaltyLaw::Hertz).force(0, 1e-4, 2.0) - 1.0).abs() < 1e-9);
+        assert!((penalty(PenaltyLaw::HuntCrossley).force(0, 1e-4, 2.0) - 1.6).abs() < 1e-9);
+    }
+
+    /// A knot against a wall: Hertz gives its speed back, Hunt and Crossley less, 1 − α v to first order.
+    #[test]
+    fn bounce_keeps_or_loses_energy_as_the_law_says() {
+        for (law, expected, within) in
+            [(PenaltyLaw::Hertz, 1.0, 1e-3), (PenaltyLaw::HuntCrossley, 1.0 - 0.2 * 0.5, 0.02)]
+        {
+            let (penalty, mass, h) = (penalty(law), 1e-4, 1e-7);
+            let (mut depth, mut rate) = (0.0_f64, 0.5_f64);
+            while depth >= 0.0 {
+                rate -= h * penalty.force(0, depth, rate) / mass;
+                depth += h * rate;
+            }
+            assert!((-rate / 0.5 - expected).abs() < within, "{law:?}: {}", -rate / 0.5);
+        }
+    }
+}

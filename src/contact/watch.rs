@@ -1,0 +1,247 @@
+//! Contacts of our own responses: found by the engine's narrow phase, carried as planes.
+//!
+//! Two levels of detection (Section 4.5.1). While the box of the net and the box of the target are
+//! apart nothing is detected. Then the engine finds every knot within `reach` of a part; each
+//! becomes a plane fixed to the target, which sub-steps carry along as the target moves and turns.
+//! Detection is repeated before any knot can have come half the reach nearer.
+//!
+//! A plane stands for the surface near the knot: past an edge it goes on by at most half the reach,
+//! and on a curved part of radius R the knot floats by up to reach² / (8 R).
+
+use nalgebra::Vector3;
+
+use super::impulse::Impulse;
+use super::penalty::Penalty;
+use super::{Mobility, Row};
+use crate::net::Net;
+use crate::state::{Body, Contact, State};
+use crate::target::Target;
+use crate::target::spec::Motion;
+use crate::world::detector::Detector;
+
+/// A response of our own.
+pub enum Response {
+    /// Simultaneous impulses.
+    Impulse(Impulse),
+    /// A force that grows with the overlap.
+    Penalty(Penalty),
+}
+
+/// The knots near the target, and how their contacts are answered.
+pub struct Watch {
+    detector: Detector,
+    response: Response,
+    mobility: TargetMobility,
+    reach: f64,
+    bounding_radius: f64,
+    radius: Vec<f64>,
+    planes: Vec<Plane>,
+    /// How much nearer a knot may have come since the last detection [m].
+    nearer: f64,
+    found: Vec<Contact>,
+    /// Times the engine looked for contacts.
+    pub n_detections: u64,
+}
+
+/// A piece of the target's surface near a knot, in the body frame.
+struct Plane {
+    knot: usize,
+    part: usize,
+    normal: Vector3<f64>,
+    point: Vector3<f64>,
+    /// What happened at it within the step.
+    record: Contact,
+}
+
+/// The target's mass and inertia, in the body frame; zero mobility when it is held.
+#[derive(Clone, Copy)]
+struct TargetMobility {
+    inverse_mass: f64,
+    inverse_inertia: nalgebra::Matrix3<f64>,
+}
+
+impl TargetMobility {
+    fn at(&self, body: &Body) -> Mobility {
+        let turn = body.attitude.to_rotation_matrix();
+        Mobility {
+            inverse_mass: self.inverse_mass,
+            inverse_inertia: turn.matrix() * self.inverse_inertia * turn.matrix().transpose(),
+        }
+    }
+}
+
+/// Knots whose contacts are answered: those of a kernel, or of the state.
+pub trait Movable {
+    /// Position at the start of the (sub-)step [m].
+    fn position(&self, knot: usize) -> Vector3<f64>;
+    /// Velocity that contacts have to answer [m/s].
+    fn velocity(&self, knot: usize) -> Vector3<f64>;
+    /// One over the mass [1/kg].
+    fn inverse_mass(&self, knot: usize) -> f64;
+    /// Changes the velocity by an impulse [N s].
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>);
+}
+
+impl Watch {
+    /// Watches `target` for the knots of `net` from the distance `reach` [m].
+    pub fn new(net: &Net, target: &Target, reach: f64, response: Response) -> Watch {
+        let free = target.motion == Motion::Free;
+        Watch {
+            detector: Detector::new(net, target, reach),
+            response,
+            mobility: TargetMobility {
+                inverse_mass: if free { 1.0 / target.mass } else { 0.0 },
+                inverse_inertia: target.inertia.try_inverse().filter(|_| free).unwrap_or_default(),
+            },
+            reach,
+            bounding_radius: target.bounding_radius,
+            radius: net.radius.clone(),
+            planes: Vec::new(),
+            nearer: f64::INFINITY,
+            found: Vec::new(),
+            n_detections: 0,
+        }
+    }
+
+    /// Before a step of `step` seconds: finds the planes anew where they are due.
+    pub fn look(&mut self, state: &State, body: &Body, step: f64) {
+        for plane in &mut self.planes {
+            plane.record = empty_record(plane.knot, plane.part);
+        }
+        if state.knots.apart_from(body, self.bounding_radius + self.reach) {
+            self.planes.clear();
+            self.nearer = f64::INFINITY;
+            return;
+        }
+        // Snaps can double a knot's speed within the step.
+        let speed = |v: &Vector3<f64>| (v - body.velocity).norm();
+        let fastest = state.knots.velocity.iter().map(speed).fold(0.0, f64::max);
+        self.nearer += 2.0 * step * (fastest + body.rate.norm() * self.bounding_radius);
+        if self.nearer > 0.5 * self.reach {
+            self.detect(state, body);
+        }
+    }
+
+    fn detect(&mut self, state: &State, body: &Body) {
+        self.detector.detect(state, body, &mut self.found);
+        self.nearer = 0.0;
+        self.n_detections += 1;
+        self.planes.clear();
+        for contact in &self.found {
+            let knot = state.knots.position[contact.knot];
+            let surface = knot - (contact.gap + self.radius[contact.knot]) * contact.normal;
+            self.planes.push(Plane {
+                knot: contact.knot,
+                part: contact.part,
+                normal: body.attitude.inverse_transform_vector(&contact.normal),
+                point: body.attitude.inverse_transform_vector(&(surface - body.position)),
+                record: empty_record(contact.knot, contact.part),
+            });
+        }
+    }
+
+    /// Answers the contacts of a (sub-)step of `step` seconds: changes velocities of knots and body.
+    ///
+    /// `touched` hears of every knot that was pushed.
+    pub fn answer(
+        &mut self,
+        knots: &mut impl Movable,
+        body: &mut Body,
+        step: f64,
+        mut touched: impl FnMut(usize),
+    ) {
+        if self.planes.is_empty() {
+            return;
+        }
+        let mut rows: Vec<(usize, Row)> = Vec::new();
+        for (index, plane) in self.planes.iter_mut().enumerate() {
+            let normal = body.attitude * plane.normal;
+            let position = knots.position(plane.knot);
+            let from_surface = position - body.position - body.attitude * plane.point;
+            let gap = normal.dot(&from_surface) - self.radius[plane.knot];
+            let arm = position - self.radius[plane.knot] * normal - body.position;
+            let velocity = knots.velocity(plane.knot) - body.velocity - body.rate.cross(&arm);
+            plane.record.gap = plane.record.gap.min(gap);
+            if gap + step * normal.dot(&velocity) >= 0.0 && gap >= 0.0 {
+                continue;
+            }
+            let row = Row {
+                knot: plane.knot,
+                inverse_mass: knots.inverse_mass(plane.knot),
+                radius: self.radius[plane.knot],
+                normal,
+                arm,
+                gap,
+                velocity,
+            };
+            // A knot between two parts: the one it is deeper in at the end of the step.
+            let depth = |row: &Row| -(row.gap + step * row.speed());
+            match rows.last_mut() {
+                Some(last) if last.1.knot == row.knot => {
+                    if depth(&row) > depth(&last.1) {
+                        *last = (index, row);
+                    }
+                }
+                _ => rows.push((index, row)),
+            }
+        }
+        if rows.is_empty() {
+            return;
+        }
+        let mobility = self.mobility.at(body);
+        let plain: Vec<Row> = rows.iter().map(|(_, row)| *row).collect();
+        let impulses = match &self.response {
+            Response::Impulse(response) => response.respond(&plain, &mobility, step),
+            Response::Penalty(response) => response.respond(&plain, &mobility, step),
+        };
+        let before = *body;
+        for (row, (normal, across)) in plain.iter().zip(&impulses) {
+            let impulse = *normal * row.normal + across;
+            body.velocity -= mobility.inverse_mass * impulse;
+            body.rate -= mobility.inverse_inertia * row.arm.cross(&impulse);
+        }
+        for ((index, row), (normal, across)) in rows.iter().zip(&impulses) {
+            let impulse = *normal * row.normal + across;
+            if impulse == Vector3::zeros() {
+                continue;
+            }
+            let old = knots.velocity(row.knot);
+            knots.push(row.knot, &impulse);
+            touched(row.knot);
+            // Averages over the kick: impulse times average velocity is exactly the change of
+            // kinetic energy, of knots and target together.
+            let new = knots.velocity(row.knot);
+            let arm = row.arm;
+            let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&arm));
+            let sliding = 0.5 * (old + new) - surface;
+            let record = &mut self.planes[*index].record;
+            record.point = before.position + arm;
+            record.normal = row.normal;
+            record.impulse += normal;
+            record.friction += across;
+            record.work_on_knot += impulse.dot(&(0.5 * (old + new)));
+            record.loss -= normal * row.normal.dot(&sliding);
+            record.friction_loss -= across.dot(&sliding);
+        }
+    }
+
+    /// The contacts within the step.
+    pub fn report(&self, contacts: &mut Vec<Contact>) {
+        contacts.clear();
+        contacts.extend(self.planes.iter().map(|plane| plane.record).filter(|record| record.gap.is_finite()));
+    }
+
+    /// Whether contacts are being looked for.
+    pub fn detecting(&self) -> bool {
+        self.nearer.is_finite()
+    }
+
+    /// Number of colliders of the detector.
+    pub fn n_colliders(&self) -> usize {
+        self.detector.n_colliders()
+    }
+}
+
+fn empty_record(knot: usize, part: usize) -> Contact {
+    Contact { knot, part, gap: f64::INFINITY, ..Contact::default() }
+}

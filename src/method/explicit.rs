@@ -1,0 +1,107 @@
+//! A step with the explicit net: sub-steps of cables and contact, the engine asked for contacts only.
+
+use nalgebra::Vector3;
+
+use crate::cables::explicit::ExplicitNet;
+use crate::case::Case;
+use crate::contact::watch::{Movable, Watch};
+use crate::failure::{self, Failure};
+use crate::plan::Plan;
+use crate::state::State;
+use crate::target::motion::RigidMotion;
+use crate::work::{Clock, Work};
+use crate::world::Census;
+
+/// Cables as an explicit net.
+pub struct ExplicitMethod {
+    net: ExplicitNet,
+    motion: Option<RigidMotion>,
+    watch: Option<Watch>,
+    substep: f64,
+    n_substeps: u32,
+}
+
+impl ExplicitMethod {
+    /// The method for `case`.
+    pub fn new(case: &Case, plan: &Plan) -> ExplicitMethod {
+        ExplicitMethod {
+            watch: super::watch(case, plan),
+            ..ExplicitMethod::with_substeps(case, plan.step, plan.substeps)
+        }
+    }
+
+    /// The explicit net that flies a run with joints until the boxes meet: no contact.
+    pub fn flight(case: &Case) -> ExplicitMethod {
+        let n_substeps = (case.pace.step / case.safe_substep()).ceil().max(1.0) as u32;
+        ExplicitMethod::with_substeps(case, case.pace.step, n_substeps)
+    }
+
+    fn with_substeps(case: &Case, step: f64, n_substeps: u32) -> ExplicitMethod {
+        ExplicitMethod {
+            net: ExplicitNet::new(&case.net, case.scene.solver.integrator),
+            motion: case.target.as_ref().map(RigidMotion::of),
+            watch: None,
+            substep: step / f64::from(n_substeps),
+            n_substeps,
+        }
+    }
+
+    /// One step.
+    pub fn advance(&mut self, state: &mut State, work: &mut Work) -> Result<(), Failure> {
+        let mut clock = Clock::start();
+        let step = self.substep * f64::from(self.n_substeps);
+        if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
+            watch.look(state, body, step);
+        }
+        clock.lap(&mut work.stages.contact);
+
+        self.net.load(&state.knots, &state.loads.on_knots);
+        for _ in 0..self.n_substeps {
+            self.net.kick(self.substep);
+            if let Some(body) = &mut state.target {
+                if let Some(watch) = &mut self.watch {
+                    watch.answer(&mut self.net, body, self.substep, |_| {});
+                }
+                if let Some(motion) = &self.motion {
+                    motion.drift(body, self.substep);
+                }
+            }
+            self.net.drift(self.substep);
+        }
+        self.net.store(&mut state.knots);
+        self.net.take_tension(&mut state.tension);
+        failure::check(state, "cables")?;
+        clock.lap(&mut work.stages.cables);
+
+        if let Some(watch) = &self.watch {
+            watch.report(&mut state.contacts);
+            work.detections = watch.n_detections;
+        }
+        work.substeps += u64::from(self.n_substeps);
+        clock.lap(&mut work.stages.contact);
+        Ok(())
+    }
+
+    /// What the engine consists of: no body, no joint, and colliders where there is a target.
+    pub fn census(&self) -> Census {
+        Census { colliders: self.watch.as_ref().map_or(0, Watch::n_colliders), ..Census::default() }
+    }
+}
+
+impl Movable for ExplicitNet {
+    fn position(&self, knot: usize) -> Vector3<f64> {
+        ExplicitNet::position(self, knot)
+    }
+
+    fn velocity(&self, knot: usize) -> Vector3<f64> {
+        ExplicitNet::velocity(self, knot)
+    }
+
+    fn inverse_mass(&self, knot: usize) -> f64 {
+        ExplicitNet::inverse_mass(self, knot)
+    }
+
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>) {
+        ExplicitNet::push(self, knot, impulse);
+    }
+}

@@ -1,0 +1,79 @@
+//! How a step is taken: with cables as joints of the engine, or as an explicit net.
+//!
+//! | | contact by the engine | contact by our own response |
+//! |---|---|---|
+//! | [`joints`] | yes, the default | yes: the same cables, another answer |
+//! | [`explicit`] | no: the engine solves contacts of bodies that it moves itself | yes: the source's solver |
+
+pub mod explicit;
+pub mod joints;
+
+use crate::case::Case;
+use crate::contact::impulse::Impulse;
+use crate::contact::penalty::Penalty;
+use crate::contact::watch::{Response, Watch};
+use crate::failure::Failure;
+use crate::plan::Plan;
+use crate::solver::{CableModel, ContactModel};
+use crate::state::State;
+use crate::work::Work;
+use crate::world::Census;
+
+/// The method of a run.
+pub enum Method {
+    /// Cables as joints of the engine.
+    Joints(Box<joints::JointsMethod>),
+    /// Cables as an explicit net.
+    Explicit(Box<explicit::ExplicitMethod>),
+}
+
+impl Method {
+    /// The method that `case` asks for; `plan` holds what effects ask of it.
+    pub fn new(case: &Case, plan: &Plan) -> Method {
+        match case.scene.solver.cables {
+            CableModel::Joints => Method::Joints(Box::new(joints::JointsMethod::new(case, plan))),
+            CableModel::Explicit => Method::Explicit(Box::new(explicit::ExplicitMethod::new(case, plan))),
+        }
+    }
+
+    /// One step from `before`, which `state` equals but for the loads and velocities changed since.
+    ///
+    /// # Errors
+    /// A state that is not a number.
+    pub fn advance(&mut self, before: &State, state: &mut State, work: &mut Work) -> Result<(), Failure> {
+        match self {
+            Method::Joints(method) => method.advance(before, state, work),
+            Method::Explicit(method) => method.advance(state, work),
+        }
+    }
+
+    /// Hears what energy the step gained, over the launch energy.
+    pub fn hear_gain(&mut self, gain: f64) {
+        if let Method::Joints(method) = self {
+            method.sweeps.hear(gain);
+        }
+    }
+
+    /// What the engine consists of.
+    pub fn census(&self) -> Census {
+        match self {
+            Method::Joints(method) => method.census(),
+            Method::Explicit(method) => method.census(),
+        }
+    }
+}
+
+/// The watch over the target for a response of our own; none for the engine's, or without a target.
+fn watch(case: &Case, plan: &Plan) -> Option<Watch> {
+    let target = case.target.as_ref()?;
+    let response = match case.scene.solver.contact {
+        ContactModel::Rapier => return None,
+        ContactModel::Impulse => {
+            Response::Impulse(Impulse { restitution: plan.restitution, friction: plan.friction })
+        }
+        ContactModel::Penalty => {
+            Response::Penalty(Penalty::new(&case.net, &case.scene.solver.penalty, plan.friction))
+        }
+    };
+    Some(Watch::new(&case.net, target, case.reach(), response))
+}
