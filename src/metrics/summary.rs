@@ -107,6 +107,8 @@ pub struct WorkSummary {
     pub joints: usize,
     /// Steps.
     pub steps: u64,
+    /// Sub-steps: of the engine, or of the explicit net.
+    pub substeps: u64,
     /// Cable rows, summed over the steps.
     pub cable_rows: u64,
     /// Cables that snapped taut within a step.
@@ -152,6 +154,7 @@ impl Summary {
                 colliders: run.census.colliders,
                 joints: run.census.joints,
                 steps: run.work.steps,
+                substeps: run.work.substeps,
                 cable_rows: run.work.cable_rows,
                 snaps: run.work.snaps,
                 sweeps: run.work.sweeps,

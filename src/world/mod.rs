@@ -288,7 +288,9 @@ fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: 
         for manifold in pair.solver_manifolds() {
             let from_first = manifold.data.normal;
             let normal = if knot_is_first { -from_first } else { from_first };
-            let [tangent, bitangent] = (-from_first).orthonormal_basis();
+            // The engine's own pair of directions: any other reads friction off its line.
+            let tangent = (-from_first).orthonormal_vector();
+            let bitangent = (-from_first).cross(tangent);
             for point in &manifold.points {
                 let along = point.data.tangent_impulse;
                 let on_first = tangent * along.x + bitangent * along.y;

@@ -1,0 +1,151 @@
+//! Every supported pair of cables and contact answers the same questions.
+
+mod common;
+
+use tumblenet::case::Case;
+use tumblenet::metrics::capture::Curves;
+use tumblenet::metrics::summary::Summary;
+use tumblenet::run::Run;
+use tumblenet::solver::PAIRS;
+use tumblenet::study::ensemble::{self, Ensemble, Request};
+
+fn case(scene: &str, changes: &[&str]) -> Case {
+    let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+    Case::load(scene, &changes).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+fn pair_of(name: &str) -> [String; 2] {
+    let (cables, contact) = name.split_once('+').unwrap();
+    [format!("solver.cables={cables}"), format!("solver.contact={contact}")]
+}
+
+fn run(case: &Case) -> (Run, Summary) {
+    let run = Run::of(case, |_| {}).unwrap_or_else(|failure| panic!("{failure}"));
+    let summary = Summary::of(case, &run, &Curves::of(case, &run));
+    (run, summary)
+}
+
+/// Before contact the explicit net is the oracle's net: same equations, another integrator.
+#[test]
+fn explicit_net_flies_as_the_oracle_does() {
+    let changes = ["duration_s=0.5", "expect=null", "solver.cables=explicit", "solver.contact=impulse"];
+    // At 20 us RK4 is 1.1e-5 and 2.8e-4 m off, no better than the symplectic method: the jump of
+    // Eq. 3.3 where a cable goes taut makes both first order. At the oracle's own step it is the oracle.
+    for (integrator, step, bounds) in [("symplectic", 2e-5, [5e-5, 2e-4]), ("rk4", 5e-6, [1e-6, 1e-4])] {
+        let step = format!("solver.step_s={step}");
+        let integrator = format!("solver.integrator={integrator}");
+        let case = case("deployment-kevlar", &[&changes[..], &[&step, &integrator]].concat());
+        let oracle = common::rk4_net(&case.net, 5e-6, &[0.2, 0.5]);
+        let (run, _) = run(&case);
+        for ((time, frame), bound) in [0.2, 0.5].into_iter().zip(&oracle).zip(bounds) {
+            let at = run.frames.time.iter().position(|t| (t - time).abs() < 1e-9).unwrap();
+            let off = |&bullet: &usize| (run.frames.knots[at][bullet] - frame[bullet]).norm();
+            let worst = case.net.bullets.iter().map(off).fold(0.0, f64::max);
+            println!("{integrator} {time} s: {worst:.1e} m");
+            assert!(worst < bound, "{integrator}: bullets {worst:e} m off at {time} s");
+        }
+    }
+}
+
+/// A net that meets a free box off its centre: what every pair must keep.
+#[test]
+fn every_pair_keeps_momentum_and_makes_no_energy() {
+    for (_, _, name) in PAIRS {
+        let [cables, contact] = pair_of(name);
+        let changes = [
+            "duration_s=1.2",
+            "expect=null",
+            "target.mass_kg=0.5",
+            "target.offset_m=[0.02,0.05]",
+            "target.spin_rad_s=[0.3,0.2,0.5]",
+            &cables,
+            &contact,
+        ];
+        let (_, summary) = run(&case("cubesat-free", &changes));
+        let kept = summary.conservation;
+        let touched = summary.contact.unwrap();
+        println!("{name}: {kept:?} {touched:?}");
+        assert!(touched.max_impulse_n_s > 0.0, "{name} never touched");
+        // Worst of the five pairs measured: 7e-14; 4e-7 (joints+rapier); 2e-3 (joints+impulse); 1e-3.
+        assert!(kept.momentum_residual < 1e-9, "{name}: momentum {:e}", kept.momentum_residual);
+        assert!(kept.angular_momentum_residual < 1e-4, "{name}: {:e}", kept.angular_momentum_residual);
+        assert!(kept.energy_rise < 5e-3, "{name}: energy rises by {:e}", kept.energy_rise);
+        assert!(kept.energy_residual < 2e-2, "{name}: ledger {:e}", kept.energy_residual);
+    }
+}
+
+/// A net at rest, far from its target, stays at rest under every pair.
+#[test]
+fn nothing_happens_to_a_net_at_rest() {
+    for (_, _, name) in PAIRS {
+        let [cables, contact] = pair_of(name);
+        let changes =
+            ["duration_s=0.05", "expect=null", "capture.hold_s=0", "launch.speed_m_s=0", &cables, &contact];
+        let case = case("cubesat-free", &changes);
+        let (run, _) = run(&case);
+        assert_eq!(run.frames.knots.last().unwrap(), &case.net.folded, "{name}");
+    }
+}
+
+#[test]
+fn impulses_leave_no_knot_inside_the_target() {
+    for scene in ["cube-fixed", "ball-fixed", "cubesat-free"] {
+        let changes = ["expect=null", "solver.cables=explicit", "solver.contact=impulse"];
+        let case = case(scene, &changes);
+        let (_, summary) = run(&case);
+        let deepest = summary.contact.unwrap().max_penetration_m;
+        println!("{scene}: {deepest:e} m");
+        assert!(deepest <= 1e-6 + 5e-4, "{scene}: {deepest} m"); // measured at most 2e-8 m
+        assert!(summary.conservation.energy_rise <= 1e-3, "{scene}: {:?}", summary.conservation);
+    }
+}
+
+/// The engine takes over from the explicit net in mid-flight: nothing jumps.
+#[test]
+fn hand_over_from_flight_keeps_momentum_and_energy() {
+    let flight = ["duration_s=1.0", "expect=null", "solver.flight=explicit"];
+    let (_, summary) = run(&case("cubesat-free", &flight));
+    let kept = summary.conservation;
+    assert!(kept.momentum_residual < 1e-12, "{kept:?}"); // measured 1e-13
+    assert!(kept.energy_rise < 1e-3 && kept.energy_residual < 2e-2, "{kept:?}");
+}
+
+#[test]
+fn both_contact_answers_capture_the_free_cubesat() {
+    let request = Request { members: 4, perturb_m: 1e-6, seed: 1 };
+    let mut found = Vec::new();
+    for name in ["joints+rapier", "explicit+impulse"] {
+        let [cables, contact] = pair_of(name);
+        let case = case("cubesat-free", &["expect=null", &cables, &contact]);
+        let ensemble = Ensemble::of(&case, &request, &ensemble::run(&case, &request, Vec::new(), |_| {}));
+        let captured = ensemble.captured.unwrap();
+        assert_eq!(captured.captured, captured.of, "{name}");
+        found.push((
+            ensemble.scalars["contact.first_contact_s"].median,
+            ensemble.scalars["target.displacement_m.0"].median,
+        ));
+    }
+    assert!((found[0].0 - found[1].0).abs() < 5e-3, "first contact {found:?}"); // measured 0.7 ms
+    assert!((found[0].1 / found[1].1 - 1.0).abs() < 0.1, "push {found:?}"); // measured 1 %
+}
+
+#[test]
+fn what_a_method_cannot_do_is_refused_with_its_limit() {
+    let refused = |changes: &[&str], place: &str, words: &str| {
+        let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+        let problems = Case::load("cubesat-free", &changes).err().expect("refused");
+        let found = problems.list.iter().find(|problem| problem.place == place);
+        let found = found.unwrap_or_else(|| panic!("{place} not in {problems}"));
+        assert!(found.allowed.contains(words), "{problems}");
+    };
+    refused(&["solver.cables=explicit"], "solver.contact", "impulse");
+    refused(
+        &["solver.cables=explicit", "solver.contact=impulse", "solver.step_s=5e-4"],
+        "solver.step_s",
+        "stable step",
+    );
+    refused(&["solver.contact=penalty", "solver.step_s=5e-4"], "solver.step_s", "stable step");
+    refused(&["solver.contact=penalty", "solver.restitution=0.5"], "solver.restitution", "alpha");
+    refused(&["solver.contact=impulse", "solver.substeps=4"], "solver.substeps", "1");
+    refused(&[r#"effects.friction={"law":"hollars","coefficient":0.2}"#], "effects.friction.law", "coulomb");
+}
