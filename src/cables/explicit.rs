@@ -12,7 +12,7 @@
 //! found by power iteration.
 
 use nalgebra::Vector3;
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 
 use crate::cable::Cable;
 use crate::net::Net;
@@ -163,8 +163,8 @@ impl ExplicitNet {
         match self.integrator {
             Integrator::Symplectic => {
                 self.accelerate();
-                let (arch, velocity, acceleration) = (self.arch, &mut self.velocity, &self.acceleration);
-                arch.dispatch(|| add_scaled(velocity, acceleration, step));
+                let (sum, term) = (&mut self.velocity, &self.acceleration);
+                self.arch.dispatch(AddScaled { sum, term, factor: step });
             }
             Integrator::Rk4 => self.kick_rk4(step),
         }
@@ -172,21 +172,19 @@ impl ExplicitNet {
 
     /// Positions after a sub-step of `step` seconds at the velocities of its end.
     pub fn drift(&mut self, step: f64) {
-        let (arch, position, velocity) = (self.arch, &mut self.position, &self.velocity);
-        arch.dispatch(|| add_scaled(position, velocity, step));
+        let (sum, term) = (&mut self.position, &self.velocity);
+        self.arch.dispatch(AddScaled { sum, term, factor: step });
     }
 
     /// Acceleration of all knots at the present positions and velocities (Eq. 3.5).
     fn accelerate(&mut self) {
-        let arch = self.arch;
-        arch.dispatch(|| {
-            self.strands.pull_all(&self.position, &self.velocity, &mut self.acceleration);
-            for axis in 0..3 {
-                let forces = &mut self.acceleration[axis];
-                for ((a, im), push) in forces.iter_mut().zip(&self.inverse_mass).zip(&self.push[axis]) {
-                    *a = *a * im + push;
-                }
-            }
+        self.arch.dispatch(Accelerate {
+            strands: &mut self.strands,
+            position: &self.position,
+            velocity: &self.velocity,
+            inverse_mass: &self.inverse_mass,
+            push: &self.push,
+            acceleration: &mut self.acceleration,
         });
     }
 
@@ -225,12 +223,48 @@ impl ExplicitNet {
     }
 }
 
-/// `sum += factor * term`.
-#[inline(always)]
-fn add_scaled(sum: &mut Components, term: &Components, factor: f64) {
-    for axis in 0..3 {
-        for (sum, term) in sum[axis].iter_mut().zip(&term[axis]) {
-            *sum += factor * term;
+/// `sum += factor * term`, for the widest vectors of the processor.
+struct AddScaled<'a> {
+    sum: &'a mut Components,
+    term: &'a Components,
+    factor: f64,
+}
+
+// Both are structs and not closures: only a method that is always inlined is compiled again for
+// wide vectors.
+impl NullaryFnOnce for AddScaled<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (sum, term) in self.sum.iter_mut().zip(self.term) {
+            for (sum, term) in sum.iter_mut().zip(term) {
+                *sum += self.factor * term;
+            }
+        }
+    }
+}
+
+/// Acceleration of all knots, for the widest vectors of the processor.
+struct Accelerate<'a> {
+    strands: &'a mut Strands,
+    position: &'a Components,
+    velocity: &'a Components,
+    inverse_mass: &'a [f64],
+    push: &'a Components,
+    acceleration: &'a mut Components,
+}
+
+impl NullaryFnOnce for Accelerate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.strands.pull_all(self.position, self.velocity, self.acceleration);
+        for (forces, push) in self.acceleration.iter_mut().zip(self.push) {
+            for ((a, im), push) in forces.iter_mut().zip(self.inverse_mass).zip(push) {
+                *a = *a * im + push;
+            }
         }
     }
 }
