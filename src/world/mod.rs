@@ -234,7 +234,9 @@ impl World {
             for manifold in pair.solver_manifolds() {
                 let from_first = manifold.data.normal;
                 let normal = if knot_is_first { -from_first } else { from_first };
-                let [tangent, bitangent] = (-from_first).orthonormal_basis();
+                // The engine's own pair of directions: any other reads friction off its line.
+                let tangent = (-from_first).orthonormal_vector();
+                let bitangent = (-from_first).cross(tangent);
                 for point in &manifold.points {
                     let place = first.position() * point.local_p1;
                     let along = point.data.tangent_impulse;
