@@ -60,7 +60,9 @@ impl Default for Solver {
             substeps: 1,
             sweeps: 2,
             sweeps_max: 64,
-            snap_passes: 4,
+            // Passes end when nothing snaps any more, so more cost nothing where 4 suffice. A 2 x 3
+            // mesh net of undamped Kevlar gains 64 % of its launch energy with 4, nothing with 16.
+            snap_passes: 16,
             flight: Flight::Cables,
             integrator: Integrator::Symplectic,
             reach_m: None,

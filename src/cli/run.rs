@@ -33,11 +33,19 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     ensemble: Option<u32>,
     /// Largest displacement of a knot along each axis [m].
-    #[arg(long, value_name = "METRES", default_value_t = 1e-6, requires = "ensemble")]
+    #[arg(long, value_name = "METRES", default_value_t = 1e-6, requires = "ensemble", value_parser = length)]
     perturb: f64,
     /// Seed of the perturbations.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "ensemble")]
     seed: u64,
+}
+
+/// A length of at least zero [m].
+fn length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(length) if length.is_finite() && length >= 0.0 => Ok(length),
+        _ => Err("a number of at least 0, in metres".to_owned()),
+    }
 }
 
 /// Runs the built-in default scene.
