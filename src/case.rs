@@ -92,7 +92,7 @@ impl Case {
     pub fn reach(&self) -> f64 {
         let thinnest = self.target.as_ref().map_or(0.0, |target| target.thinnest);
         let thickest = self.net.radius.iter().copied().fold(0.0, f64::max);
-        self.scene.solver.reach_m.map_or((0.02 * thinnest).max(2.0 * thickest), |reach| reach.0)
+        self.scene.solver.reach_m.map_or((0.04 * thinnest).max(2.0 * thickest), |reach| reach.0)
     }
 
     /// Steps between two recorded frames.

@@ -35,7 +35,7 @@ pub struct Solver {
     /// `explicit`: how the net is integrated.
     pub integrator: Integrator,
     /// `impulse` and `penalty`: distance from which a knot and a part are watched [m]; contacts are
-    /// looked for anew before any knot can have come so far. Left out: 2 % of the target's thinnest part.
+    /// looked for anew before any knot can have come so far. Left out: 4 % of the target's thinnest part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reach_m: Option<Positive>,
     /// Coefficient of restitution e of a contact (Eq. 4.11) [-]; not with `penalty`.

@@ -39,6 +39,8 @@ pub struct Watch {
     /// How much nearer a knot may have come since the last detection [m].
     nearer: f64,
     found: Vec<Contact>,
+    /// Rows of the sub-step, with their planes; kept for its memory.
+    rows: Vec<(usize, Row)>,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
 }
@@ -48,7 +50,8 @@ struct Plane {
     knot: usize,
     part: usize,
     normal: Vector3<f64>,
-    point: Vector3<f64>,
+    /// Distance of a touching knot's centre from the target's centre of mass, along the normal [m].
+    height: f64,
     /// What happened at it within the step.
     record: Contact,
 }
@@ -99,6 +102,7 @@ impl Watch {
             planes: Vec::new(),
             nearer: f64::INFINITY,
             found: Vec::new(),
+            rows: Vec::new(),
             n_detections: 0,
         }
     }
@@ -113,10 +117,10 @@ impl Watch {
             self.nearer = f64::INFINITY;
             return;
         }
-        // Snaps can double a knot's speed within the step.
+        // A snap within the step may double a knot's speed; half the reach is left for that.
         let speed = |v: &Vector3<f64>| (v - body.velocity).norm();
         let fastest = state.knots.velocity.iter().map(speed).fold(0.0, f64::max);
-        self.nearer += 2.0 * step * (fastest + body.rate.norm() * self.bounding_radius);
+        self.nearer += step * (fastest + body.rate.norm() * self.bounding_radius);
         if self.nearer > 0.5 * self.reach {
             self.detect(state, body);
         }
@@ -128,13 +132,12 @@ impl Watch {
         self.n_detections += 1;
         self.planes.clear();
         for contact in &self.found {
-            let knot = state.knots.position[contact.knot];
-            let surface = knot - (contact.gap + self.radius[contact.knot]) * contact.normal;
+            let from_centre = state.knots.position[contact.knot] - body.position;
             self.planes.push(Plane {
                 knot: contact.knot,
                 part: contact.part,
                 normal: body.attitude.inverse_transform_vector(&contact.normal),
-                point: body.attitude.inverse_transform_vector(&(surface - body.position)),
+                height: contact.normal.dot(&from_centre) - contact.gap,
                 record: empty_record(contact.knot, contact.part),
             });
         }
@@ -153,13 +156,15 @@ impl Watch {
         if self.planes.is_empty() {
             return;
         }
-        let mut rows: Vec<(usize, Row)> = Vec::new();
+        let turn = body.attitude.to_rotation_matrix();
+        let rows = &mut self.rows;
+        rows.clear();
         for (index, plane) in self.planes.iter_mut().enumerate() {
-            let normal = body.attitude * plane.normal;
-            let position = knots.position(plane.knot);
-            let from_surface = position - body.position - body.attitude * plane.point;
-            let gap = normal.dot(&from_surface) - self.radius[plane.knot];
-            let arm = position - self.radius[plane.knot] * normal - body.position;
+            let normal = turn * plane.normal;
+            let from_centre = knots.position(plane.knot) - body.position;
+            // normal · (x − surface point) − radius, the surface point in the body frame.
+            let gap = normal.dot(&from_centre) - plane.height;
+            let arm = from_centre - self.radius[plane.knot] * normal;
             let velocity = knots.velocity(plane.knot) - body.velocity - body.rate.cross(&arm);
             plane.record.gap = plane.record.gap.min(gap);
             if gap + step * normal.dot(&velocity) >= 0.0 && gap >= 0.0 {
@@ -200,7 +205,7 @@ impl Watch {
             body.velocity -= mobility.inverse_mass * impulse;
             body.rate -= mobility.inverse_inertia * row.arm.cross(&impulse);
         }
-        for ((index, row), (normal, across)) in rows.iter().zip(&impulses) {
+        for ((index, row), (normal, across)) in self.rows.iter().zip(&impulses) {
             let impulse = *normal * row.normal + across;
             if impulse == Vector3::zeros() {
                 continue;
