@@ -3,7 +3,120 @@
 #![allow(dead_code)] // each test binary uses its own part
 
 use nalgebra::Vector3;
+use serde_json::{Value, json};
+use tumblenet::cable::Cable;
+use tumblenet::case::Case;
+use tumblenet::metrics::capture::Curves;
+use tumblenet::metrics::summary::Summary;
 use tumblenet::net::Net;
+use tumblenet::run::Run;
+use tumblenet::scene::Source;
+use tumblenet::study::ensemble::{self, Request};
+
+/// Asserts `value` < `bound`; `cargo test -- --nocapture` prints what was measured.
+#[track_caller]
+pub fn below(what: &str, value: f64, bound: f64) {
+    println!("{what}: {value:.4e}, bound {bound:e}");
+    assert!(value < bound, "{what}: {value:e}, bound {bound:e}");
+}
+
+/// Asserts that `value` lies in a band; prints what was measured.
+#[track_caller]
+pub fn within(what: &str, value: f64, band: [f64; 2]) {
+    println!("{what}: {value:.6}, band {band:?}");
+    assert!((band[0]..=band[1]).contains(&value), "{what}: {value}, band {band:?}");
+}
+
+/// A built-in scene with `changes` as for `--set`, without what it expects.
+pub fn scene(name: &str, changes: &[&str]) -> Case {
+    let changes: Vec<String> =
+        ["expect=null"].iter().chain(changes).map(|change| (*change).to_owned()).collect();
+    Case::load(name, &changes).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// A case from JSON.
+pub fn case_of(json: Value) -> Case {
+    Case::build(&source_of(json)).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// A scene that is not checked yet.
+pub fn source_of(json: Value) -> Source {
+    Source { name: "test".into(), input: "test".into(), folder: None, json }
+}
+
+/// A small net of 3 x 3 meshes, shot at 2 m/s; add a target, effects, a solver.
+pub fn small_scene() -> Value {
+    json!({
+        "title": "small", "duration_s": 0.5,
+        "net": { "meshes": [3, 3], "mesh_length_m": 0.1, "bullet_mass_kg": 0.03,
+                 "cable": { "material": "nylon", "diameter_m": 0.001 } },
+        "launch": { "speed_m_s": 2.0, "angle_deg": 25.0 }
+    })
+}
+
+/// A run of `case` that must succeed.
+pub fn run(case: &Case) -> Run {
+    Run::of(case, |_| {}).unwrap_or_else(|failure| panic!("{}: {failure}", case.name))
+}
+
+/// The summary of a run of `case`.
+pub fn summary(case: &Case) -> Summary {
+    let run = run(case);
+    Summary::of(case, &run, &Curves::of(case, &run))
+}
+
+/// Summaries of `members` copies of `case`, perturbed by 1e-6 m as `tumblenet run --ensemble` does.
+pub fn ensemble(case: &Case, members: usize) -> Vec<Summary> {
+    let request = Request { members, perturb_m: 1e-6, seed: 1 };
+    let members = ensemble::run(case, &request, Vec::new(), |_| {});
+    members.into_iter().map(|m| m.outcome.unwrap_or_else(|why| panic!("{}: {why}", case.name))).collect()
+}
+
+/// How many of an ensemble are captured.
+pub fn captured(members: &[Summary]) -> usize {
+    members.iter().filter(|summary| summary.capture.is_some_and(|capture| capture.captured)).count()
+}
+
+/// Least, median and largest of a number of the summaries, named as in `expect.within`.
+pub fn spread(members: &[Summary], name: &str) -> [f64; 3] {
+    let of = |summary: &Summary| {
+        let scalars = summary.scalars();
+        scalars.iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("no {name}")).1
+    };
+    let mut values: Vec<f64> = members.iter().map(of).collect();
+    values.sort_by(f64::total_cmp);
+    [values[0], values[values.len() / 2], values[values.len() - 1]]
+}
+
+/// Free knots without cables: (mass [kg], position [m], velocity [m/s]), of radius 0.5 mm.
+pub fn knots(knots: &[(f64, [f64; 3], [f64; 3])]) -> Net {
+    Net {
+        grid: [knots.len(), 1],
+        mass: knots.iter().map(|knot| knot.0).collect(),
+        young_modulus: vec![4.456e8; knots.len()],
+        radius: vec![5e-4; knots.len()],
+        cables: Vec::new(),
+        bullets: [0; 4],
+        perimeter: vec![0],
+        designed_area: 1.0,
+        folded: knots.iter().map(|knot| knot.1.into()).collect(),
+        launch_velocity: knots.iter().map(|knot| knot.2.into()).collect(),
+    }
+}
+
+/// Ties two knots of `net` by a cable of natural frequency `omega` [rad/s] and damping ratio `zeta`.
+pub fn tie(net: &mut Net, [a, b]: [usize; 2], rest_length: f64, omega: f64, zeta: f64) {
+    let reduced_mass = net.mass[a] * net.mass[b] / (net.mass[a] + net.mass[b]);
+    net.cables.push(Cable {
+        a,
+        b,
+        rest_length,
+        stiffness: reduced_mass * omega * omega,
+        damping: 2.0 * zeta * reduced_mass * omega,
+        reduced_mass,
+        breaking_tension: f64::INFINITY,
+    });
+}
 
 /// The net of `net` as Eq. 3.1 to 3.5 state it, integrated by classical RK4 with a fixed step.
 ///

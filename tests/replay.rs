@@ -1,0 +1,100 @@
+//! The replay page in a real browser: it draws, it moves, and it has nothing to complain about.
+//!
+//! Needs Chromium in the path, or its path in `TUMBLENET_BROWSER`; `.ci/run` installs one where it
+//! can. Elsewhere the test says that it was skipped.
+
+mod common;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use tumblenet::metrics::capture::Curves;
+use tumblenet::metrics::summary::Summary;
+use tumblenet::report::results;
+
+fn browser() -> Option<PathBuf> {
+    if let Some(given) = std::env::var_os("TUMBLENET_BROWSER") {
+        return Some(given.into());
+    }
+    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    names
+        .iter()
+        .flat_map(|name| folders.iter().map(move |folder| folder.join(name)))
+        .find(|path| path.is_file())
+}
+
+/// Takes a picture of `page` at `moment` (as after `#t=`); returns the picture's bytes and what the
+/// browser wrote to its log.
+fn picture(browser: &Path, page: &Path, moment: &str) -> (Vec<u8>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let (shot, log) = (folder.path().join("shot.png"), folder.path().join("log"));
+    let mut child = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync"])
+        .args(["--disable-background-networking", "--disable-component-update", "--enable-logging=stderr"])
+        .args(["--window-size=1280,720", "--virtual-time-budget=4000"])
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .arg(format!("--screenshot={}", shot.display()))
+        .arg(format!("file://{}#t={moment}&paused", page.display()))
+        .stdout(Stdio::null())
+        .stderr(std::fs::File::create(&log).unwrap())
+        .spawn()
+        .expect("the browser starts");
+    let patience = Instant::now() + Duration::from_secs(120);
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > patience {
+            child.kill().unwrap();
+            panic!("no picture within two minutes: {}", std::fs::read_to_string(&log).unwrap());
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let log = String::from_utf8_lossy(&std::fs::read(&log).unwrap()).into_owned();
+    let picture = std::fs::read(&shot).unwrap_or_else(|error| panic!("no picture: {error}\n{log}"));
+    (picture, log)
+}
+
+/// The pixels of the scene: right of the panel, above the time line.
+fn scene_pixels(picture: &[u8]) -> Vec<[u8; 3]> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut bytes).unwrap();
+    let (width, depth) = (frame.width as usize, frame.color_type.samples());
+    assert!(width >= 1280 && frame.height >= 560, "{frame:?}");
+    let pixel = |x: usize, y: usize| {
+        let start = (y * width + x) * depth;
+        [bytes[start], bytes[start + 1], bytes[start + 2]]
+    };
+    (100..540).flat_map(|y| (300..1270).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
+}
+
+#[test]
+fn a_replay_opens_in_a_browser_without_complaint() {
+    let Some(browser) = browser() else {
+        println!("skipped: no Chromium in the path and no TUMBLENET_BROWSER");
+        return;
+    };
+    let case = common::scene("cubesat-free", &["duration_s=1.0"]);
+    let run = common::run(&case);
+    let curves = Curves::of(&case, &run);
+    let folder = tempfile::tempdir().unwrap();
+    results::write(folder.path(), &case, &run, &curves, &Summary::of(&case, &run, &curves)).unwrap();
+    let page = folder.path().join("replay.html");
+    let (early, early_log) = picture(&browser, &page, "0.2");
+    let (late, late_log) = picture(&browser, &page, "0.9");
+    for log in [early_log, late_log] {
+        // A machine without a graphics card is told so; that is no fault of the page.
+        let chatter = |line: &&str| line.contains("GL Driver Message") || line.contains("software WebGL");
+        let said = log.lines().filter(|line| line.contains("CONSOLE"));
+        let complaints: Vec<&str> = said.filter(|line| !chatter(line)).collect();
+        assert!(complaints.is_empty(), "{complaints:#?}");
+    }
+    let (early, late) = (scene_pixels(&early), scene_pixels(&late));
+    for pixels in [&early, &late] {
+        let colours: HashSet<&[u8; 3]> = pixels.iter().collect();
+        assert!(colours.len() > 200, "a blank scene of {} colours", colours.len()); // measured MEASURE
+    }
+    let moved = early.iter().zip(&late).filter(|(a, b)| a != b).count();
+    assert!(moved > 1000, "{moved} pixels changed between 0.2 s and 0.9 s"); // measured MEASURE
+}
