@@ -8,6 +8,7 @@ use crate::cables::explicit::{self, SAFE};
 use crate::contact::penalty::Penalty;
 use crate::net::Net;
 use crate::problems::Problems;
+use crate::quantity::Positive;
 use crate::scene::schema::Scene;
 use crate::scene::{Source, checks};
 use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
@@ -57,7 +58,7 @@ impl Case {
     /// Every fault at once.
     pub fn build(source: &Source) -> Result<Case, Problems> {
         let mut problems = Problems::new(&source.input);
-        let case = source.scene(&mut problems).and_then(|scene| {
+        let case = source.scene(&mut problems).and_then(|mut scene| {
             checks::check_scene(&scene, &mut problems);
             let net = Net::build(&scene.net, &scene.launch, &mut problems);
             let target = scene
@@ -72,6 +73,10 @@ impl Case {
             };
             let pace = pace(&scene, &net, target.as_ref());
             checks::check_built(&scene, &net, target.as_ref(), pace.step, &mut problems);
+            scene.solver.step_s = Some(Positive(match scene.solver.cables {
+                CableModel::Joints => pace.step,
+                CableModel::Explicit => pace.step / f64::from(pace.substeps),
+            }));
             let hash = hash(&scene, target.as_ref());
             Some(Case { name: source.name.clone(), scene, hash, net, target, pace })
         });

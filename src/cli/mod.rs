@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
 mod check;
+mod compare;
 mod list;
+mod members;
 mod run;
 mod show;
 
@@ -26,6 +28,8 @@ struct Program {
 enum Command {
     /// Runs one scene, or an ensemble of it.
     Run(run::Arguments),
+    /// Runs one scene in several variants and sets them side by side.
+    Compare(compare::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -74,6 +78,7 @@ pub fn main() -> ExitCode {
     let done = match program.command {
         None => run::default_scene(),
         Some(Command::Run(arguments)) => run::main(&arguments),
+        Some(Command::Compare(arguments)) => compare::main(&arguments),
         Some(Command::Check(arguments)) => check::main(&arguments),
         Some(Command::List) => list::main(),
         Some(Command::Show(arguments)) => show::main(&arguments),

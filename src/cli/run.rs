@@ -13,6 +13,7 @@ use tumblenet::run::Run;
 use tumblenet::scene;
 use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
 
+use super::members::Kept;
 use super::{Error, Format, json, print};
 
 /// Arguments of `run`.
@@ -107,33 +108,16 @@ fn met(case: &Case, summary: &Summary) -> Result<(), Error> {
 }
 
 fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<(), Error> {
-    // Each member is kept as it ends, in a folder of its own request: an interrupted ensemble goes
-    // on where it was.
-    let folder = out.join("members").join(format!(
-        "{}-{:e}-{}-{}",
-        case.hash,
-        request.perturb_m,
-        request.seed,
-        env!("CARGO_PKG_VERSION")
-    ));
-    files::make_folder(&folder)?;
-    let place = |member: usize| folder.join(format!("{member:06}.json"));
-    let known: Vec<Member> = (0..request.members)
-        .filter_map(|member| serde_json::from_slice(&std::fs::read(place(member)).ok()?).ok())
-        .collect();
+    let kept = Kept::open(out, "members", case, request)?;
+    let known: Vec<Member> = kept.known(request.members);
     let bar = progress_bar(request.members as u64, &case.name);
     bar.set_position(known.len() as u64);
-    let unwritten = std::sync::Mutex::new(None);
     let members = ensemble::run(case, request, known, |member| {
-        if let Err(error) = results::json(&place(member.member), member) {
-            unwritten.lock().unwrap_or_else(|poison| poison.into_inner()).get_or_insert(error);
-        }
+        kept.keep(member.member, member);
         bar.inc(1);
     });
     bar.finish_and_clear();
-    if let Some(error) = unwritten.into_inner().unwrap_or_else(|poison| poison.into_inner()) {
-        return Err(error.into());
-    }
+    kept.finish()?;
     let ensemble = Ensemble::of(case, request, &members);
     results::json(&out.join("ensemble.json"), &ensemble)?;
     match format {
@@ -146,7 +130,7 @@ fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<()
 }
 
 /// Shown on a terminal, and nowhere else.
-fn progress_bar(length: u64, name: &str) -> ProgressBar {
+pub(super) fn progress_bar(length: u64, name: &str) -> ProgressBar {
     let bar = ProgressBar::new(length).with_message(name.to_owned());
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta} left") {
         bar.set_style(style);

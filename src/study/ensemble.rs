@@ -168,7 +168,8 @@ impl Share {
 }
 
 impl Quartiles {
-    fn of(values: Vec<f64>) -> Quartiles {
+    /// Those of `values`, of which there is at least one.
+    pub fn of(values: Vec<f64>) -> Quartiles {
         let count = values.len();
         let mut data = Data::new(values);
         Quartiles {

@@ -1,3 +1,4 @@
 //! Many runs: a study is a function from cases to summaries.
 
+pub mod compare;
 pub mod ensemble;

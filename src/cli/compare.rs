@@ -1,0 +1,140 @@
+//! `tumblenet compare`: one scene in several variants, side by side.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use tumblenet::report::{compare as report, files};
+use tumblenet::scene::Source;
+use tumblenet::study::compare::track::Member;
+use tumblenet::study::compare::variants::{Variant, variants};
+use tumblenet::study::compare::{self, Comparison, Request, TRUST_SHARE};
+use tumblenet::study::ensemble;
+
+use super::members::Kept;
+use super::run::progress_bar;
+use super::{Error, Format, json, print};
+
+/// Arguments of `compare`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file, or name of a built-in scene.
+    scene: String,
+    /// Solver pairs, `joints+rapier,joints+impulse`; left out: all that the scene allows, or its own with `--vary`.
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    solvers: Option<Vec<String>>,
+    /// A variant for each value of a key: `solver.step_s=0.0005,0.001`; several are combined.
+    #[arg(long, value_name = "PATH=V1,V2")]
+    vary: Vec<String>,
+    /// Changes a value of the scene first, as `run` does.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    changes: Vec<String>,
+    /// Runs of each variant, whose folded knots differ by up to `--perturb` metres.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=200))]
+    members: u32,
+    /// Largest displacement of a knot along each axis [m].
+    #[arg(long, value_name = "METRES", default_value_t = 1e-6, value_parser = at_least_zero)]
+    perturb: f64,
+    /// Seed of the perturbations.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Runs agree while their largest bullet difference is below this [m]; left out: 1 % of the net's side.
+    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    trust_distance: Option<f64>,
+    /// One run after another: wall times that can be compared.
+    #[arg(long)]
+    serial: bool,
+    /// Folder for the results; left out: results/NAME/compare.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// How the result is printed.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+fn at_least_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err("a number of metres of at least 0, as in 1e-6".to_owned()),
+    }
+}
+
+/// Runs the variants and writes the comparison.
+pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    let mut source = Source::find(&arguments.scene)?;
+    source.set(&arguments.changes)?;
+    let variants = variants(&source, arguments.solvers.as_deref(), &arguments.vary)?;
+    let out =
+        arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("compare"));
+    // Before the runs, not after: an unwritable folder should cost no run.
+    files::make_folder(&out)?;
+
+    // One of them can be run, or `variants` would have said so.
+    let Some(base) = variants.iter().find_map(|variant| variant.case.as_ref().ok()) else { return Ok(()) };
+    let side = base.net.designed_area.sqrt();
+    let request = Request {
+        ensemble: ensemble::Request {
+            members: arguments.members as usize,
+            perturb_m: arguments.perturb,
+            seed: arguments.seed,
+        },
+        trust_distance_m: arguments.trust_distance.unwrap_or(TRUST_SHARE * side),
+        serial: arguments.serial,
+    };
+    let title = base.scene.title.clone();
+    let members = members(&source.name, &variants, &request, &out)?;
+    let comparison = Comparison::of(&title, &variants, &request, &members);
+    report::write(&out, &comparison)?;
+    match arguments.format {
+        Format::Json => print(&json(&comparison))?,
+        Format::Text => {
+            print(&report::text(&comparison))?;
+            print(&format!("Results: {}", out.join("compare.html").display()))?;
+        }
+    }
+    all_finished(&comparison)
+}
+
+/// The members of every variant: those kept before, and those run now.
+fn members(
+    name: &str,
+    variants: &[Variant],
+    request: &Request,
+    out: &Path,
+) -> Result<Vec<Vec<Member>>, Error> {
+    let mut kept: Vec<Option<Kept>> = Vec::new();
+    for variant in variants {
+        let case = variant.case.as_ref().ok();
+        kept.push(case.map(|case| Kept::open(out, "runs", case, &request.ensemble)).transpose()?);
+    }
+    // A run that shared the machine has no fair wall time.
+    let fair = |member: &Member| !request.serial || member.at_once == 1;
+    let known: Vec<Vec<Member>> = kept
+        .iter()
+        .map(|kept| kept.as_ref().map_or_else(Vec::new, |kept| kept.known(request.ensemble.members)))
+        .map(|members: Vec<Member>| members.into_iter().filter(fair).collect())
+        .collect();
+    let bar = progress_bar((request.ensemble.members * kept.iter().flatten().count()) as u64, name);
+    bar.set_position(known.iter().map(Vec::len).sum::<usize>() as u64);
+    let members = compare::run(variants, request, known, |variant, member| {
+        if let Some(kept) = &kept[variant] {
+            kept.keep(member.member, member);
+        }
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    for kept in kept.into_iter().flatten() {
+        kept.finish()?;
+    }
+    Ok(members)
+}
+
+/// A variant of which nothing was finished is a failed run.
+fn all_finished(comparison: &Comparison) -> Result<(), Error> {
+    let failed = |variant: &&compare::Compared| variant.outcome.is_none() && variant.refused.is_empty();
+    let labels: Vec<&str> =
+        comparison.variants.iter().filter(failed).map(|variant| variant.label.as_str()).collect();
+    if labels.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Expectation(format!("no member was finished of {}", labels.join(", "))))
+}

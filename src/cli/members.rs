@@ -1,0 +1,58 @@
+//! Members of an ensemble, kept as they end: an interrupted ensemble goes on where it was.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::UNIX_EPOCH;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use tumblenet::case::Case;
+use tumblenet::report::files::{self, WriteError};
+use tumblenet::report::results;
+use tumblenet::study::ensemble::Request;
+
+/// The kept members of one case and request.
+pub struct Kept {
+    folder: PathBuf,
+    unwritten: Mutex<Option<WriteError>>,
+}
+
+impl Kept {
+    /// The place of members of this case, request and program in the folder `out`; `kind` tells apart what is kept.
+    pub fn open(out: &Path, kind: &str, case: &Case, request: &Request) -> Result<Kept, WriteError> {
+        let key = format!("{}-{:e}-{}-{}", case.hash, request.perturb_m, request.seed, program());
+        let folder = out.join(kind).join(key);
+        files::make_folder(&folder)?;
+        Ok(Kept { folder, unwritten: Mutex::new(None) })
+    }
+
+    /// The first `count` members, those that are there and whole.
+    pub fn known<T: DeserializeOwned>(&self, count: usize) -> Vec<T> {
+        let read = |member| serde_json::from_slice(&std::fs::read(self.place(member)).ok()?).ok();
+        (0..count).filter_map(read).collect()
+    }
+
+    /// Keeps a member; a failure is told by [`Kept::finish`], so that the other members go on.
+    pub fn keep(&self, number: usize, member: &impl Serialize) {
+        if let Err(error) = results::json(&self.place(number), member) {
+            self.unwritten.lock().unwrap_or_else(|poison| poison.into_inner()).get_or_insert(error);
+        }
+    }
+
+    /// Whether every member could be kept.
+    pub fn finish(self) -> Result<(), WriteError> {
+        self.unwritten.into_inner().unwrap_or_else(|poison| poison.into_inner()).map_or(Ok(()), Err)
+    }
+
+    fn place(&self, member: usize) -> PathBuf {
+        self.folder.join(format!("{member:06}.json"))
+    }
+}
+
+/// Version and build of this program: who changes a solver and runs again wants new members.
+fn program() -> String {
+    let built = std::env::current_exe().and_then(|path| path.metadata()?.modified()).ok();
+    let seconds =
+        built.and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |since| since.as_secs());
+    format!("{}-{seconds:x}", env!("CARGO_PKG_VERSION"))
+}

@@ -1,0 +1,260 @@
+//! A comparison as a table, as figures and as a page: `compare.json`, `compare.html` and an SVG a figure.
+
+pub mod figures;
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use comfy_table::{Cell, CellAlignment};
+
+use super::files::{self, WriteError};
+use super::plots::{self, DARK, hex};
+use super::results;
+use super::table::{number, table};
+use crate::study::compare::{Comparison, Outcome};
+use figures::{Figure, timing};
+
+const TEMPLATE: &str = include_str!("compare/page.html");
+
+/// Columns of the table: name, in two lines for a terminal, and unit.
+const COLUMNS: [(&str, &str); 12] = [
+    ("variant", ""),
+    ("captured", ""),
+    ("first\ncontact", "s"),
+    ("push", "mm"),
+    ("largest\nimpulse", "mN s"),
+    ("pene-\ntration", "µm"),
+    ("bullet\ndifference", "mm"),
+    ("of\ntravel", "%"),
+    ("over\nchaos", "×"),
+    ("trusted\nuntil", "s"),
+    ("wall\ntime", "s"),
+    ("over\nbase", "×"),
+];
+
+/// Writes all files of `comparison` to the folder `out`.
+///
+/// # Errors
+/// The first file that cannot be written.
+pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
+    files::make_folder(out)?;
+    let mut drawn = Vec::new();
+    for figure in figures::all(comparison) {
+        let place = out.join(figure.name).with_extension("svg");
+        let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
+        files::write(&place, |file| file.write_all(svg.as_bytes()))?;
+        drawn.push((figure, svg));
+    }
+    let page = page(comparison, &drawn);
+    files::write(&out.join("compare.html"), |file| file.write_all(page.as_bytes()))?;
+    // Last: it says that the rest is there.
+    results::json(&out.join("compare.json"), comparison)
+}
+
+/// The comparison as text.
+pub fn text(comparison: &Comparison) -> String {
+    // Units in one line, below names of one or two.
+    let head = |(name, unit): &(&str, &str)| {
+        format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" })
+    };
+    let heads: Vec<String> = COLUMNS.iter().map(|column| head(column).trim_end().to_owned()).collect();
+    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    for row in cells(comparison) {
+        rows.add_row(row.into_iter().enumerate().map(|(column, text)| {
+            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            Cell::new(text).set_alignment(alignment)
+        }));
+    }
+    let mut text = format!("{}\n{rows}", comparison.title);
+    for note in notes(comparison) {
+        text.push('\n');
+        text.push_str(&note);
+    }
+    text
+}
+
+/// The table's cells, a row a variant.
+fn cells(comparison: &Comparison) -> Vec<Vec<String>> {
+    let row = |variant: &crate::study::compare::Compared| {
+        let mut row = vec![variant.label.clone()];
+        match &variant.outcome {
+            Some(outcome) => row.extend(outcome_cells(outcome)),
+            None if variant.refused.is_empty() => row.push("failed".to_owned()),
+            None => row.push("refused".to_owned()),
+        }
+        row.resize(COLUMNS.len(), String::new());
+        row
+    };
+    comparison.variants.iter().map(row).collect()
+}
+
+fn outcome_cells(outcome: &Outcome) -> Vec<String> {
+    let none = || "–".to_owned();
+    let median =
+        |name: &str, factor: f64| outcome.median(name).map_or_else(none, |value| short(factor * value));
+    let mut cells = vec![
+        outcome.captured.map_or_else(none, |share| format!("{} of {}", share.captured, share.of)),
+        median("contact.first_contact_s", 1.0),
+        median("target.displacement_m.0", 1e3),
+        median("contact.max_impulse_n_s", 1e3),
+        median("contact.max_penetration_m", 1e6),
+    ];
+    // The base in brackets: its members among themselves.
+    let against = outcome.against_base.as_ref();
+    let separation = against.map(|against| &against.separation).or(outcome.own.as_ref());
+    let bracket = |text: String| if against.is_some() { text } else { format!("({text})") };
+    match separation {
+        Some(separation) => {
+            let whole = &separation.whole;
+            let horizon = &separation.trust_horizon;
+            cells.push(bracket(short(1e3 * whole.all_m.mean)));
+            cells.push(whole.mean_over_travel.map_or_else(none, |share| bracket(short(100.0 * share))));
+            cells.push(against.and_then(|against| against.over_chaos).map_or_else(none, short));
+            cells.push(bracket(if horizon.to_the_end {
+                "the end".to_owned()
+            } else {
+                short(horizon.time_s)
+            }));
+        }
+        None => cells.extend([none(), none(), none(), none()]),
+    }
+    cells.push(median("wall_s", 1.0));
+    cells.push(against.map_or_else(|| "1".to_owned(), |against| short(against.wall_over_base)));
+    cells
+}
+
+/// Four digits at most, and no zeros that say nothing: for numbers within a sentence.
+fn plain(value: f64) -> String {
+    let text = number(value);
+    let (digits, power) = text.split_at(text.find('e').unwrap_or(text.len()));
+    if !digits.contains('.') {
+        return text;
+    }
+    digits.trim_end_matches('0').trim_end_matches('.').to_owned() + power
+}
+
+/// Three digits: a table of medians over a few members has no more.
+fn short(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !(1e-3..1e6).contains(&size) {
+        return number(value);
+    }
+    format!("{value:.*}", (2.0 - size.log10().floor()).max(0.0) as usize)
+}
+
+/// What the table leaves out, a line each.
+fn notes(comparison: &Comparison) -> Vec<String> {
+    let request = &comparison.request;
+    let plural = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
+    let mut notes = vec![format!(
+        "Medians of {} whose folded knots differ by up to {} m. Differences are from {}, member by member; in brackets \
+         its own members among themselves: chaos. Trusted while the largest bullet difference stays below {} mm. {}",
+        plural(request.ensemble.members, "member"),
+        plain(request.ensemble.perturb_m),
+        comparison.base,
+        plain(1e3 * request.trust_distance_m),
+        timing(comparison)
+    )];
+    for variant in &comparison.variants {
+        notes.extend(variant.refused.iter().map(|reason| format!("{} is refused: {reason}", variant.label)));
+        // One failure says what is wrong, and all alike are one.
+        if let Some((member, failure)) = variant.failures.iter().next() {
+            let count = plural(variant.failures.len(), "member");
+            notes.push(format!("{}: {count} failed; member {member}: {failure}", variant.label));
+        }
+    }
+    notes
+}
+
+/// The page: table and figures, everything within one file.
+fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
+    let mut head = String::new();
+    for (name, unit) in COLUMNS {
+        let unit = if unit.is_empty() { String::new() } else { format!("<small>{unit}</small>") };
+        let name = name.replace("-\n", "\u{ad}").replace('\n', " ");
+        let _ = write!(head, "<th>{name} {unit}</th>");
+    }
+    let mut rows = String::new();
+    for row in cells(comparison) {
+        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let _ = writeln!(rows, "<tr>{cells}</tr>");
+    }
+    let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
+    let mut drawings = String::new();
+    for (figure, svg) in figures {
+        let _ = writeln!(
+            drawings,
+            "<figure id=\"{}\">\n<h2>{}</h2>\n<figcaption>{}</figcaption>\n<div class=\"plot\">{svg}</div>\n</figure>",
+            figure.name,
+            figure.title,
+            escape(&figure.words)
+        );
+    }
+    let provenance = &comparison.provenance;
+    let made = format!(
+        "{} ({}), {}, {}; {}, {} processors: {}. Seed {}. <code>{}</code>",
+        escape(&provenance.program),
+        escape(&provenance.commit),
+        escape(&provenance.engine),
+        escape(&provenance.compiler),
+        escape(&provenance.platform),
+        provenance.threads,
+        escape(&provenance.processor),
+        comparison.request.ensemble.seed,
+        escape(&provenance.command)
+    );
+    let parts = [
+        ("title", escape(&comparison.title)),
+        ("dark", dark()),
+        ("head", head),
+        ("rows", rows),
+        ("notes", notes),
+        ("figures", drawings),
+        ("made", made),
+    ];
+    // Piece by piece, not by replacing: a title may spell a gap's name.
+    let mut page = String::new();
+    let mut rest = TEMPLATE;
+    while let Some((before, after)) = rest.split_once("{{") {
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        page.push_str(before);
+        page.push_str(parts.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text));
+        rest = after;
+    }
+    page.push_str(rest);
+    page
+}
+
+/// Style rules that give every colour of a plot its dark counterpart.
+fn dark() -> String {
+    let rule = |(light, dark): (plotters::style::RGBColor, &str)| {
+        let light = hex(light);
+        format!(
+            ".plot [fill=\"{light}\"] {{ fill: {dark} }} .plot [stroke=\"{light}\"] {{ stroke: {dark} }}\n"
+        )
+    };
+    DARK.into_iter().map(rule).collect()
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_the_table_are_short() {
+        assert_eq!([0.12345, 12.345, 1234.5, 1e-7].map(short), ["0.123", "12.3", "1234", "1.000e-7"]);
+        assert_eq!([7.0, 1e-6, 1.25e-5, 120.0, 0.0].map(plain), ["7", "1e-6", "1.25e-5", "120", "0"]);
+    }
+
+    #[test]
+    fn every_gap_of_the_page_is_known() {
+        let gaps: Vec<&str> =
+            TEMPLATE.split("{{").skip(1).map(|rest| rest.split("}}").next().unwrap()).collect();
+        assert_eq!(gaps, ["title", "dark", "title", "head", "rows", "notes", "figures", "made"]);
+    }
+}
