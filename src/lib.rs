@@ -37,10 +37,11 @@
 //! | [`state`] | the nouns that travel in a step |
 //! | [`world`] | the engine behind our words; every engine setting |
 //! | [`cables`], [`contact`] | how tension acts; how a contact is answered |
-//! | [`effects`] | what a scene may call for beside them |
+//! | [`plan`], [`effects`] | what solver and effects ask for; what a scene may call for |
 //! | [`ledger`] | where energy and momentum went |
 //! | [`scene`], [`case`](mod@case) | as written; as checked |
-//! | [`simulation`], [`run`] | the step; the record |
+//! | [`method`] | a step with joints of the engine, or with the explicit net |
+//! | [`failure`], [`work`], [`simulation`], [`run`] | what ends a run, what it cost, the step, the record |
 //! | [`metrics`] | deployment, capture, conservation, summary |
 //! | [`study`], [`report`] | many runs; tables, files, replay |
 //!
