@@ -132,6 +132,7 @@ impl Bookkeeper {
         for (index, effect) in effects.iter_mut().enumerate() {
             let posting = effect.account(before, after);
             self.ledger.effects[index] += posting.work;
+            on_knots += posting.on_knots;
             self.outside_impulse += posting.impulse;
             self.outside_angular_impulse += posting.angular_impulse;
             self.effect_counts[index] += posting.count;

@@ -37,6 +37,7 @@
 //! | [`state`] | the nouns that travel in a step |
 //! | [`world`] | the engine behind our words; every engine setting |
 //! | [`cables`], [`contact`] | how tension acts; how a contact is answered |
+//! | [`closing`] | threads, winches, triggers, locks |
 //! | [`plan`], [`effects`] | what solver and effects ask for; what a scene may call for |
 //! | [`ledger`] | where energy and momentum went |
 //! | [`scene`], [`case`](mod@case) | as written; as checked |
@@ -79,6 +80,8 @@ pub mod world;
 pub mod cables;
 
 pub mod contact;
+
+pub mod closing;
 
 pub mod plan;
 

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use nalgebra::Vector3;
 
 use crate::case::Case;
+use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Ledger;
 use crate::simulation::Simulation;
@@ -31,6 +32,8 @@ pub struct Frames {
     pub tension: Vec<f64>,
     /// Largest contact impulse since the frame before [N s], T.
     pub impulse: Vec<f64>,
+    /// What the effects have to say, T × as many as `Run::reading_names`.
+    pub readings: Vec<Vec<f64>>,
 }
 
 /// The largest values of a run, over all steps and not only over frames.
@@ -71,6 +74,10 @@ pub struct Run {
     pub census: Census,
     /// Names of the active effects and how often each acted.
     pub effects: Vec<(&'static str, u64)>,
+    /// Names of what the effects have to say in every frame.
+    pub reading_names: Vec<String>,
+    /// What the closing mechanism did, where there is one.
+    pub closing: Option<Report>,
     /// Wall time of the simulation, without building and metrics.
     pub wall: Duration,
 }
@@ -84,13 +91,13 @@ impl Run {
         let started = Instant::now();
         let mut simulation = Simulation::new(case);
         let mut recorder = Recorder::new(case);
-        recorder.frame(&simulation);
+        recorder.frame(&mut simulation);
         let (n_steps, stride) = (case.n_steps(), case.steps_per_frame());
         for step in 1..=n_steps {
             simulation.step()?;
             recorder.step(case, &simulation.state);
             if step % stride == 0 || step == n_steps {
-                recorder.frame(&simulation);
+                recorder.frame(&mut simulation);
                 progress(step as f64 / n_steps as f64);
             }
         }
@@ -103,6 +110,8 @@ impl Run {
             outside_impulse: simulation.books.outside_impulse,
             outside_angular_impulse: simulation.books.outside_angular_impulse,
             census: simulation.census(),
+            reading_names: simulation.reading_names(),
+            closing: simulation.closing(),
             effects: names.into_iter().zip(simulation.books.effect_counts.iter().copied()).collect(),
             work: simulation.work,
             wall: started.elapsed(),
@@ -162,8 +171,10 @@ impl Recorder {
         self.extremes.tension = self.extremes.tension.max(self.tension);
     }
 
-    fn frame(&mut self, simulation: &Simulation) {
+    fn frame(&mut self, simulation: &mut Simulation) {
+        let readings = simulation.readings();
         let (state, frames) = (&simulation.state, &mut self.frames);
+        frames.readings.push(readings);
         frames.time.push(state.time);
         frames.knots.push(state.knots.position.clone());
         frames.target.extend(state.target);

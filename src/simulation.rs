@@ -6,9 +6,10 @@ use nalgebra::Vector3;
 
 use crate::case::Case;
 use crate::effects::Effect;
+use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Bookkeeper;
-use crate::method::Method;
+use crate::method::{Method, Pull};
 use crate::plan::Plan;
 use crate::solver::ContactModel;
 use crate::state::{Body, Knots, State};
@@ -28,6 +29,8 @@ pub struct Simulation {
     method: Method,
     effects: Vec<Box<dyn Effect>>,
     any_effect_acts: bool,
+    any_effect_pulls: bool,
+    effect_times: Vec<Duration>,
     launch_energy: f64,
     step: f64,
 }
@@ -35,7 +38,7 @@ pub struct Simulation {
 impl Simulation {
     /// Builds what `case` calls for, and nothing else.
     pub fn new(case: &Case) -> Simulation {
-        let effects = case.scene.effects.build();
+        let effects = case.scene.effects.build(&case.net);
         let mut plan = Plan {
             step: case.pace.step,
             substeps: case.pace.substeps,
@@ -50,9 +53,11 @@ impl Simulation {
         Simulation {
             before: state.clone(),
             books: Bookkeeper::open(&case.net, case.target.as_ref(), &effects, &state),
-            work: Work { effects: vec![Duration::ZERO; effects.len()], ..Work::default() },
+            work: Work::default(),
+            effect_times: vec![Duration::ZERO; effects.len()],
             method: Method::new(case, &plan),
             any_effect_acts: effects.iter().any(|effect| effect.acts()),
+            any_effect_pulls: effects.iter().any(|effect| effect.pulls()),
             launch_energy: case.net.launch_energy().max(f64::MIN_POSITIVE),
             step: plan.step,
             state,
@@ -71,7 +76,12 @@ impl Simulation {
         self.apply_effects();
 
         // Detection, contact, cables and motion, as the method orders them.
-        self.method.advance(&self.before, &mut self.state, &mut self.work)?;
+        let mut pull = Pulling {
+            effects: if self.any_effect_pulls { &mut self.effects } else { &mut [] },
+            times: &mut self.effect_times,
+        };
+        pull.watch(&self.before);
+        self.method.advance(&self.before, &mut self.state, &mut self.work, &mut pull)?;
         self.state.step += 1;
         // From the count, not by adding: a million steps must not drift.
         self.state.time = self.state.step as f64 * self.step;
@@ -85,7 +95,7 @@ impl Simulation {
             return;
         }
         self.state.loads.clear(self.state.knots.position.len());
-        for (effect, time) in self.effects.iter_mut().zip(&mut self.work.effects) {
+        for (effect, time) in self.effects.iter_mut().zip(&mut self.effect_times) {
             if effect.acts() {
                 let mut clock = Clock::start();
                 effect.act(&self.before, &mut self.state.loads);
@@ -100,6 +110,7 @@ impl Simulation {
         self.books.book(&self.before, &self.state, &mut self.effects);
         self.method.hear_gain((self.books.ledger.own() - energy) / self.launch_energy);
         self.work.steps += 1;
+        self.work.effects.clone_from(&self.effect_times);
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);
     }
@@ -114,9 +125,56 @@ impl Simulation {
         self.effects.iter().map(|effect| (effect.name(), effect.installs())).collect()
     }
 
+    /// Names of what the effects have to say in every frame.
+    pub fn reading_names(&self) -> Vec<String> {
+        self.effects.iter().flat_map(|effect| effect.reading_names()).collect()
+    }
+
+    /// Their values now.
+    pub fn readings(&mut self) -> Vec<f64> {
+        self.effects.iter_mut().flat_map(|effect| effect.readings(&self.state)).collect()
+    }
+
+    /// What the closing mechanism did, if there is one.
+    pub fn closing(&self) -> Option<Report> {
+        self.effects.iter().find_map(|effect| effect.closing())
+    }
+
     /// Names of the active effects, in the order of the list.
     pub fn effect_names(&self) -> Vec<&'static str> {
         self.effects.iter().map(|effect| effect.name()).collect()
+    }
+}
+
+/// The effects that change velocities of knots at once, for the method to call at its place.
+struct Pulling<'a> {
+    effects: &'a mut [Box<dyn Effect>],
+    times: &'a mut [Duration],
+}
+
+impl Pulling<'_> {
+    fn each(&mut self, act: &mut dyn FnMut(&mut dyn Effect)) {
+        for (effect, time) in self.effects.iter_mut().zip(&mut *self.times) {
+            if effect.pulls() {
+                let mut clock = Clock::start();
+                act(effect.as_mut());
+                clock.lap(time);
+            }
+        }
+    }
+
+    fn watch(&mut self, before: &State) {
+        self.each(&mut |effect| effect.watch(before));
+    }
+}
+
+impl Pull for Pulling<'_> {
+    fn any(&self) -> bool {
+        !self.effects.is_empty()
+    }
+
+    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        self.each(&mut |effect| effect.pull(knots, step, touched));
     }
 }
 

@@ -116,6 +116,21 @@ impl Loads {
     }
 }
 
+/// What an effect did within a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Posting {
+    /// Work it put into net and target, beyond what it stores [J]; negative when it took energy out.
+    pub work: f64,
+    /// Work of the impulses that it gave to knots by pulling [J]; that of its forces is known.
+    pub on_knots: f64,
+    /// Impulse from outside of net and target [N s].
+    pub impulse: Vector3<f64>,
+    /// Angular impulse from outside, about the origin [N m s].
+    pub angular_impulse: Vector3<f64>,
+    /// Times it acted: contacts, knots or whatever it works on.
+    pub count: u64,
+}
+
 /// All of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {

@@ -158,6 +158,14 @@ impl ExplicitNet {
         }
     }
 
+    /// Gives a knot a new velocity [m/s].
+    pub fn set_velocity(&mut self, knot: usize, velocity: &Vector3<f64>) {
+        let at = self.place[knot];
+        for axis in 0..3 {
+            self.velocity[axis][at] = velocity[axis];
+        }
+    }
+
     /// Velocities after the forces of a sub-step of `step` seconds; positions follow in `drift`.
     pub fn kick(&mut self, step: f64) {
         match self.integrator {

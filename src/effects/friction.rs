@@ -9,11 +9,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, Posting};
+use super::Effect;
 use crate::contact::friction;
+use crate::net::Net;
 use crate::plan::Plan;
 use crate::quantity::Positive;
-use crate::state::State;
+use crate::state::{Posting, State};
 
 /// Parameters of friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -51,7 +52,7 @@ impl Friction {
     }
 
     /// The effect.
-    pub fn build(&self) -> Box<dyn Effect> {
+    pub fn build(&self, _net: &Net) -> Box<dyn Effect> {
         Box::new(*self)
     }
 

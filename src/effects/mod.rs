@@ -5,14 +5,16 @@
 //! world, its force, its stored energy, and what it did to energy and momentum within a step,
 //! which goes to its own row of the ledger. Each has its own timer and counter.
 
+pub mod closing;
 pub mod friction;
+pub mod tug;
 
-use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::net::Net;
 use crate::plan::Plan;
-use crate::state::{Loads, State};
+use crate::state::{Knots, Loads, Posting, State};
 
 /// What an effect owes.
 pub trait Effect: Send {
@@ -33,6 +35,18 @@ pub trait Effect: Send {
     /// Adds its forces on knots and target for the coming step.
     fn act(&mut self, _state: &State, _loads: &mut Loads) {}
 
+    /// Whether it changes velocities of knots at once; one that does not is not called for that.
+    fn pulls(&self) -> bool {
+        false
+    }
+
+    /// Hears the state at the start of a step, before it pulls.
+    fn watch(&mut self, _state: &State) {}
+
+    /// Changes velocities of knots before these move for `step` seconds, and marks those it changed;
+    /// called in every step or sub-step of the cable model.
+    fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
+
     /// Energy it holds in `state` [J].
     fn stored_energy(&self, _state: &State) -> f64 {
         0.0
@@ -40,19 +54,21 @@ pub trait Effect: Send {
 
     /// What it did within the step that led from `before` to `after`.
     fn account(&mut self, before: &State, after: &State) -> Posting;
-}
 
-/// What an effect did within a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Posting {
-    /// Work it put into net and target, beyond what it stores [J]; negative when it took energy out.
-    pub work: f64,
-    /// Impulse from outside of net and target [N s].
-    pub impulse: Vector3<f64>,
-    /// Angular impulse from outside, about the origin [N m s].
-    pub angular_impulse: Vector3<f64>,
-    /// Times it acted: contacts, knots or whatever it works on.
-    pub count: u64,
+    /// Names of what it has to say in every frame, as columns of the time series.
+    fn reading_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Their values in `state`; largest values are those since the last call.
+    fn readings(&mut self, _state: &State) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// What a closing mechanism did, if it is one.
+    fn closing(&self) -> Option<closing::Report> {
+        None
+    }
 }
 
 /// Declares the list of effects: the scene's `effects` object, and how each is built.
@@ -69,10 +85,10 @@ macro_rules! effects {
 
         impl Effects {
             /// The named effects, in the order of the list, whatever their order in the scene.
-            pub fn build(&self) -> Vec<Box<dyn Effect>> {
+            pub fn build(&self, net: &Net) -> Vec<Box<dyn Effect>> {
                 let mut list: Vec<Box<dyn Effect>> = Vec::new();
                 $(if let Some(parameters) = &self.$name {
-                    list.push(parameters.build());
+                    list.push(parameters.build(net));
                 })*
                 list
             }
@@ -83,4 +99,8 @@ macro_rules! effects {
 effects! {
     /// Friction between net and target.
     friction: friction::Friction,
+    /// Threads that winches reel in to close the net's mouth.
+    closing: closing::Closing,
+    /// A pull on the net's centre.
+    tug: tug::Tug,
 }

@@ -2,12 +2,13 @@
 
 use nalgebra::Vector3;
 
+use super::Pull;
 use crate::cables::explicit::ExplicitNet;
 use crate::case::Case;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Failure};
 use crate::plan::Plan;
-use crate::state::State;
+use crate::state::{Knots, State};
 use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -17,6 +18,8 @@ pub struct ExplicitMethod {
     net: ExplicitNet,
     motion: Option<RigidMotion>,
     watch: Option<Watch>,
+    /// Knots whose velocity an effect changed in this sub-step.
+    touched: Vec<bool>,
     substep: f64,
     n_substeps: u32,
 }
@@ -41,13 +44,19 @@ impl ExplicitMethod {
             net: ExplicitNet::new(&case.net, case.scene.solver.integrator),
             motion: case.target.as_ref().map(RigidMotion::of),
             watch: None,
+            touched: vec![false; case.net.n_knots()],
             substep: step / f64::from(n_substeps),
             n_substeps,
         }
     }
 
     /// One step.
-    pub fn advance(&mut self, state: &mut State, work: &mut Work) -> Result<(), Failure> {
+    pub fn advance(
+        &mut self,
+        state: &mut State,
+        work: &mut Work,
+        pull: &mut dyn Pull,
+    ) -> Result<(), Failure> {
         let mut clock = Clock::start();
         let step = self.substep * f64::from(self.n_substeps);
         if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
@@ -58,6 +67,9 @@ impl ExplicitMethod {
         self.net.load(&state.knots, &state.loads.on_knots);
         for _ in 0..self.n_substeps {
             self.net.kick(self.substep);
+            if pull.any() {
+                self.pull(&mut state.knots, pull);
+            }
             if let Some(body) = &mut state.target {
                 if let Some(watch) = &mut self.watch {
                     watch.answer(&mut self.net, body, self.substep, |_| {});
@@ -80,6 +92,17 @@ impl ExplicitMethod {
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
         Ok(())
+    }
+
+    /// Threads act sub-step by sub-step: over a whole step they would stretch the cables.
+    fn pull(&mut self, knots: &mut Knots, pull: &mut dyn Pull) {
+        self.net.store(knots);
+        pull.pull(knots, self.substep, &mut self.touched);
+        for (knot, touched) in self.touched.iter_mut().enumerate() {
+            if std::mem::take(touched) {
+                self.net.set_velocity(knot, &knots.velocity[knot]);
+            }
+        }
     }
 
     /// What the engine consists of: no body, no joint, and colliders where there is a target.

@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::Pull;
 use super::explicit::ExplicitMethod;
 use crate::cables::joints::Joints;
 use crate::case::Case;
@@ -25,6 +26,8 @@ pub struct JointsMethod {
     /// The explicit net that flies until the boxes meet.
     flight: Option<ExplicitMethod>,
     inverse_mass: Vec<f64>,
+    /// Knots whose velocity an effect changed in this step.
+    touched: Vec<bool>,
     step: f64,
     substeps: u32,
 }
@@ -39,6 +42,7 @@ impl JointsMethod {
             watch: super::watch(case, plan),
             flight: (case.scene.solver.flight == Flight::Explicit).then(|| ExplicitMethod::flight(case)),
             inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
+            touched: vec![false; case.net.n_knots()],
             step: plan.step,
             substeps: plan.substeps,
             world,
@@ -46,10 +50,16 @@ impl JointsMethod {
     }
 
     /// One step.
-    pub fn advance(&mut self, before: &State, state: &mut State, work: &mut Work) -> Result<(), Failure> {
+    pub fn advance(
+        &mut self,
+        before: &State,
+        state: &mut State,
+        work: &mut Work,
+        pull: &mut dyn Pull,
+    ) -> Result<(), Failure> {
         if let Some(flight) = &mut self.flight {
             if self.world.apart(state) {
-                return flight.advance(state, work);
+                return flight.advance(state, work, pull);
             }
             // The engine takes over what the explicit net has flown to.
             self.world.write(state);
@@ -64,6 +74,8 @@ impl JointsMethod {
 
         // Snaps before the world moves: its implicit rows would swallow them.
         self.cables.prepare(state, &mut self.world);
+        // Threads last before the world moves: nothing but its rows then spoils their length.
+        self.pull(state, pull);
         failure::check(state, "cables")?;
         clock.lap(&mut work.stages.cables);
 
@@ -84,6 +96,18 @@ impl JointsMethod {
         clock.lap(&mut work.stages.cables);
         self.count(work);
         Ok(())
+    }
+
+    fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) {
+        if !pull.any() {
+            return;
+        }
+        pull.pull(&mut state.knots, self.step, &mut self.touched);
+        for (knot, touched) in self.touched.iter_mut().enumerate() {
+            if std::mem::take(touched) {
+                self.world.set_velocity(knot, &state.knots.velocity[knot]);
+            }
+        }
     }
 
     fn check_world(&self, state: &State) -> Result<(), Failure> {

@@ -15,7 +15,7 @@ use crate::contact::watch::{Response, Watch};
 use crate::failure::Failure;
 use crate::plan::Plan;
 use crate::solver::{CableModel, ContactModel};
-use crate::state::State;
+use crate::state::{Knots, State};
 use crate::work::Work;
 use crate::world::Census;
 
@@ -40,10 +40,16 @@ impl Method {
     ///
     /// # Errors
     /// A state that is not a number.
-    pub fn advance(&mut self, before: &State, state: &mut State, work: &mut Work) -> Result<(), Failure> {
+    pub fn advance(
+        &mut self,
+        before: &State,
+        state: &mut State,
+        work: &mut Work,
+        pull: &mut dyn Pull,
+    ) -> Result<(), Failure> {
         match self {
-            Method::Joints(method) => method.advance(before, state, work),
-            Method::Explicit(method) => method.advance(state, work),
+            Method::Joints(method) => method.advance(before, state, work, pull),
+            Method::Explicit(method) => method.advance(state, work, pull),
         }
     }
 
@@ -61,6 +67,16 @@ impl Method {
             Method::Explicit(method) => method.census(),
         }
     }
+}
+
+/// What changes velocities of knots at once, before they move: threads, say.
+pub trait Pull {
+    /// Whether there is anything of the kind.
+    fn any(&self) -> bool;
+
+    /// Changes velocities of `knots` for the coming (sub-)step of `step` seconds, and marks those it
+    /// changed.
+    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
 }
 
 /// The watch over the target for a response of our own; none for the engine's, or without a target.

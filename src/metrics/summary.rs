@@ -43,6 +43,9 @@ pub struct Summary {
     /// What became of the target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<TargetSummary>,
+    /// How the mouth was closed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closing: Option<ClosingSummary>,
     /// What the cables bore.
     pub cables: CableSummary,
     /// What was kept.
@@ -83,6 +86,31 @@ pub struct TargetSummary {
     pub spin_rad_s: [f64; 3],
     /// Largest change of the angular velocity, local frame, while free of other torques [rad/s]; null for a held target.
     pub max_rate_change_rad_s: Option<f64>,
+}
+
+/// How the mouth was closed. A run's threads add up, except where it says the largest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ClosingSummary {
+    /// Start of the winches [s]; null: they never started.
+    pub triggered_s: Option<f64>,
+    /// From then until the mouth was first below `capture.mouth_max` [s]; null: it never was.
+    pub time_to_close_s: Option<f64>,
+    /// Thread off the reels when the winches started [m].
+    pub length_start_m: f64,
+    /// Thread off the reels at the end [m].
+    pub length_end_m: f64,
+    /// Largest length of a thread beyond what was off its reels, over its full length [-].
+    pub max_excess: f64,
+    /// Largest tension of a thread [N].
+    pub max_tension_n: f64,
+    /// Time at the tension limit [s].
+    pub time_at_limit_s: f64,
+    /// Work of the winches, tension times length reeled in [J].
+    pub winch_work_j: f64,
+    /// What of it was lost between thread and knots [J].
+    pub lost_j: f64,
+    /// Latched pairs of knots.
+    pub latches: usize,
 }
 
 /// What the cables bore.
@@ -142,6 +170,7 @@ impl Summary {
             }),
             capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
             target: target_summary(case, run),
+            closing: closing_summary(case, run, curves),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
                 max_strain: extremes.strain,
@@ -210,6 +239,27 @@ fn target_summary(case: &Case, run: &Run) -> Option<TargetSummary> {
         spin_rad_s: last.spin().into(),
         max_rate_change_rad_s: (target.motion == Motion::Free)
             .then(|| run.frames.target.iter().map(change).fold(0.0, f64::max)),
+    })
+}
+
+fn closing_summary(case: &Case, run: &Run, curves: &Curves) -> Option<ClosingSummary> {
+    let report = run.closing.as_ref()?;
+    let closed = |start: f64| {
+        let mut mouths = run.frames.time.iter().zip(&curves.mouth);
+        let closed = mouths.find(|&(&t, &mouth)| t >= start && mouth <= case.scene.capture.mouth_max);
+        closed.map(|(t, _)| t - start)
+    };
+    Some(ClosingSummary {
+        triggered_s: report.triggered,
+        time_to_close_s: report.triggered.and_then(closed),
+        length_start_m: report.length_start,
+        length_end_m: report.length_end,
+        max_excess: report.excess,
+        max_tension_n: report.tension,
+        time_at_limit_s: report.time_at_limit,
+        winch_work_j: report.work,
+        lost_j: report.loss,
+        latches: report.latches,
     })
 }
 

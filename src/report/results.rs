@@ -67,6 +67,7 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
     let mut head: Vec<String> = head.into_iter().map(str::to_owned).collect();
     head.extend(run.effects.iter().map(|(name, _)| format!("work_of_{name}_j")));
     head.extend(["residual_j", "max_tension_n", "max_impulse_n_s"].map(str::to_owned));
+    head.extend(run.reading_names.iter().cloned());
     table.write_record(&head)?;
 
     for (i, &time) in frames.time.iter().enumerate() {
@@ -87,6 +88,7 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
         row.extend([ledger.cables, ledger.contact, ledger.drive]);
         row.extend(&ledger.effects);
         row.extend([ledger.residual(), frames.tension[i], frames.impulse[i]]);
+        row.extend(&frames.readings[i]);
         table.write_record(row.iter().map(f64::to_string))?;
     }
     table.flush()?;

@@ -2,6 +2,7 @@
 
 use super::schema::Scene;
 use crate::case;
+use crate::closing::trigger::Trigger;
 use crate::effects::friction::Law;
 use crate::metrics::summary::Summary;
 use crate::net::Net;
@@ -42,6 +43,22 @@ pub fn check_scene(scene: &Scene, problems: &mut Problems) {
         problems.add("expect.captured", "a verdict without a target", "a scene with a target");
     }
     check_solver(scene, problems);
+    let needs_target = |trigger: Option<Trigger>| trigger.is_some_and(|trigger| trigger.needs_target());
+    for (place, trigger) in [
+        ("effects.closing.trigger.on", scene.effects.closing.map(|closing| closing.trigger)),
+        ("effects.tug.start.on", scene.effects.tug.map(|tug| tug.start)),
+    ] {
+        if scene.target.is_none() && needs_target(trigger) {
+            problems.add(
+                place,
+                "a trigger that waits for a target",
+                "\"time\" or \"mouth\" without a target",
+            );
+        }
+    }
+    if scene.effects.tug.is_some_and(|tug| tug.direction == [0.0; 3]) {
+        problems.add("effects.tug.direction", "[0, 0, 0]", "a direction of any length but 0");
+    }
     let known = Summary::scalar_names();
     for (name, [low, high]) in &scene.expect.within {
         let place = format!("expect.within.{name}");

@@ -19,7 +19,7 @@ use schema::Scene;
 const MAX_BYTES: u64 = 64 << 20;
 
 /// The scene that runs when no other is named.
-pub const DEFAULT: &str = "cubesat-spin-x-0.5";
+pub const DEFAULT: &str = "cubesat-spin-x-2.0-tube";
 
 /// A scene as found: its name, its JSON, and the folder its paths are relative to.
 #[derive(Clone, Debug)]

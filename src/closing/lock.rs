@@ -1,0 +1,131 @@
+//! The lock: perimeter knots that come close may latch onto each other, and stay.
+//!
+//! A latch between two knots is a thread of one segment that no winch holds: they may not part
+//! beyond the distance at which they latched. Every knot latches onto one other at most. Neighbours along the
+//! perimeter may latch too: their cable lets them come close as any others.
+//!
+//! Latches are a choice of ours: the source has none.
+
+use super::thread::{Ask, Thread};
+use crate::state::Knots;
+
+/// Steps between two looks for knots to latch: between them a knot moves a few millimetres.
+const EVERY: u64 = 8;
+
+/// The latches of a net.
+#[derive(Clone, Debug)]
+pub struct Lock {
+    knots: Vec<usize>,
+    distance: f64,
+    /// Knots that are free to latch.
+    free: Vec<usize>,
+    latches: Vec<(Thread, f64)>,
+    n_looks: u64,
+}
+
+impl Lock {
+    /// Lets `knots` latch within `distance` [m].
+    pub fn new(knots: &[usize], distance: f64) -> Lock {
+        Lock { knots: knots.to_vec(), distance, free: knots.to_vec(), latches: Vec::new(), n_looks: 0 }
+    }
+
+    /// The knots that may latch.
+    pub fn knots(&self) -> &[usize] {
+        &self.knots
+    }
+
+    /// Number of latches.
+    pub fn len(&self) -> usize {
+        self.latches.len()
+    }
+
+    /// Whether nothing has latched.
+    pub fn is_empty(&self) -> bool {
+        self.latches.is_empty()
+    }
+
+    /// Latches what came close, and begins a step.
+    pub fn begin(&mut self, knots: &Knots, inverse_mass: &[f64]) {
+        if self.n_looks.is_multiple_of(EVERY) {
+            self.look(knots);
+        }
+        self.n_looks += 1;
+        for (latch, _) in &mut self.latches {
+            latch.begin(knots, inverse_mass);
+        }
+    }
+
+    /// Pulls every latch; returns whether it changed any velocity.
+    pub fn pull(&mut self, knots: &mut Knots, inverse_mass: &[f64], step: f64) -> bool {
+        let mut changed = false;
+        for (latch, length) in &mut self.latches {
+            changed |= latch.pull(knots, inverse_mass, step, &Ask::hold(*length));
+        }
+        changed
+    }
+
+    fn look(&mut self, knots: &Knots) {
+        let mut i = 0;
+        while i < self.free.len() {
+            let a = self.free[i];
+            let apart = |b: usize| (knots.position[b] - knots.position[a]).norm();
+            let rest = self.free[i + 1..].iter().enumerate();
+            let nearest = rest.map(|(k, &b)| (i + 1 + k, apart(b))).min_by(|x, y| x.1.total_cmp(&y.1));
+            match nearest {
+                Some((k, distance)) if distance <= self.distance => {
+                    self.latches.push((Thread::between(a, self.free[k]), distance));
+                    self.free.remove(k);
+                    self.free.remove(i);
+                }
+                _ => i += 1,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Vector3, vector};
+
+    const STEP: f64 = 1e-3;
+
+    fn run(lock: &mut Lock, knots: &mut Knots, inverse_mass: &[f64], steps: usize) {
+        for _ in 0..steps {
+            lock.begin(knots, inverse_mass);
+            lock.pull(knots, inverse_mass, STEP);
+            for (x, v) in knots.position.iter_mut().zip(&knots.velocity) {
+                *x += STEP * v;
+            }
+        }
+    }
+
+    /// Two knots pass within the lock distance: from then on they stay together, and what is left
+    /// of their motion is that of their centre of mass.
+    #[test]
+    fn knots_that_come_close_latch_and_stay() {
+        let mut knots = Knots {
+            position: vec![vector![-0.1, 0.0, 0.0], vector![0.1, 0.005, 0.0], vector![0.0, 1.0, 0.0]],
+            velocity: vec![vector![1.0, 0.0, 0.0], vector![-1.0, 0.0, 0.0], Vector3::zeros()],
+        };
+        let mut lock = Lock::new(&[0, 1, 2], 0.02);
+        run(&mut lock, &mut knots, &[1.0, 2.0, 1.0], 500);
+        assert_eq!(lock.len(), 1);
+        let apart = (knots.position[0] - knots.position[1]).norm();
+        assert!(apart < 0.02 * (1.0 + 1e-6), "{apart}");
+        let centre = (knots.velocity[0] + 0.5 * knots.velocity[1]) / 1.5;
+        assert!((centre - vector![1.0 / 3.0, 0.0, 0.0]).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_knot_latches_onto_its_nearest_and_only_once() {
+        let mut knots = Knots {
+            position: vec![Vector3::zeros(), vector![0.01, 0.0, 0.0], vector![0.0, 0.005, 0.0]],
+            velocity: vec![Vector3::zeros(); 3],
+        };
+        let mut lock = Lock::new(&[0, 1, 2], 0.02);
+        run(&mut lock, &mut knots, &[1.0; 3], 20);
+        assert_eq!(lock.len(), 1);
+        assert_eq!(lock.free, [1]);
+    }
+}

@@ -1,0 +1,399 @@
+//! The closing mechanism: threads that winches reel in, once triggered.
+//!
+//! [`thread`] is the constraint, [`winch`] what reels it in, [`layouts`] the ways it may take
+//! through a net, [`trigger`] when it starts, [`lock`] what may latch. A mechanism changes
+//! velocities of knots and knows nothing of how cables or contacts are solved: every cable model
+//! calls the same [`Mechanism::pull`], once in each of its own steps.
+//!
+//! Several threads meet in the bullets; a few Gauss–Seidel sweeps over them settle it.
+
+pub mod layouts;
+pub mod lock;
+pub mod thread;
+pub mod trigger;
+pub mod winch;
+
+use nalgebra::Vector3;
+
+use crate::state::{Knots, Posting};
+use layouts::Route;
+use lock::Lock;
+use thread::{Node, Thread};
+use winch::{Drive, Tally, Winch};
+
+/// Gauss–Seidel sweeps over the threads within a step, at most.
+const SWEEPS: usize = 3;
+
+/// Threads, winches and latches of a net.
+#[derive(Clone, Debug)]
+pub struct Mechanism {
+    lines: Vec<Line>,
+    lock: Option<Lock>,
+    inverse_mass: Vec<f64>,
+    /// Every knot that it may pull, once.
+    reached: Vec<usize>,
+    runs: bool,
+
+    /// Since they were last taken, for each reached knot: impulse [N s].
+    impulses: Vec<Vector3<f64>>,
+    /// Since it was last taken: what came in through the anchors.
+    outside: Outside,
+    /// Velocities of the reached knots before the pull [m/s].
+    before: Vec<Vector3<f64>>,
+}
+
+/// A thread and its winches.
+#[derive(Clone, Debug)]
+pub struct Line {
+    thread: Thread,
+    winch: Winch,
+    full_length: f64,
+    /// Largest tension since it was last read [N].
+    tension: f64,
+}
+
+/// What came from outside of the net.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outside {
+    /// Impulse [N s].
+    pub impulse: Vector3<f64>,
+    /// Its moment about the origin [N m s].
+    pub angular_impulse: Vector3<f64>,
+}
+
+impl Outside {
+    /// The impulse of the anchor of `thread` within the step.
+    pub fn of(thread: &Thread) -> Outside {
+        let impulse = thread.impulse_of_anchor();
+        Outside { impulse, angular_impulse: thread.anchor.cross(&impulse) }
+    }
+}
+
+/// A thread as it is now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reading {
+    /// Length [m].
+    pub length: f64,
+    /// Largest tension since the reading before [N].
+    pub tension: f64,
+}
+
+impl Line {
+    /// A thread along `route`, with capstan friction coefficient `friction` [-]; the number of
+    /// winches is the route's.
+    pub fn new(route: &Route, drive: Drive, friction: f64) -> Line {
+        let drive = Drive { winches: f64::from(route.winches), ..drive };
+        Line {
+            thread: Thread::new(route.nodes.clone(), route.ends, friction),
+            winch: Winch::new(drive, route.full_length),
+            full_length: route.full_length,
+            tension: 0.0,
+        }
+    }
+}
+
+impl Mechanism {
+    /// A mechanism at rest, for knots of the given masses [kg].
+    pub fn new(lines: Vec<Line>, lock: Option<Lock>, mass: &[f64]) -> Mechanism {
+        let mut reached: Vec<usize> = lines.iter().flat_map(|line| line.thread.knots()).copied().collect();
+        reached.extend(lock.iter().flat_map(Lock::knots));
+        reached.sort_unstable();
+        reached.dedup();
+        Mechanism {
+            lines,
+            lock,
+            inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
+            runs: false,
+            impulses: vec![Vector3::zeros(); reached.len()],
+            outside: Outside::default(),
+            before: Vec::with_capacity(reached.len()),
+            reached,
+        }
+    }
+
+    /// Starts it. Until then the threads run freely off their reels; what is off them now is the
+    /// full length of each thread, or its length in the net where that is more, as it is with a
+    /// tether to the chaser.
+    pub fn start(&mut self, knots: &Knots) {
+        self.runs = true;
+        for line in &mut self.lines {
+            let tether = line.thread.length_of_tether(knots);
+            line.winch.run_free((line.full_length + tether).max(line.thread.length(knots)));
+        }
+    }
+
+    /// Ends it.
+    pub fn stop(&mut self) {
+        self.runs = false;
+    }
+
+    /// Puts the anchor of every thread to `position` [m].
+    pub fn anchor(&mut self, position: Vector3<f64>) {
+        for line in &mut self.lines {
+            line.thread.anchor = position;
+        }
+    }
+
+    /// Whether it runs.
+    pub fn runs(&self) -> bool {
+        self.runs
+    }
+
+    /// Pulls the knots for a step of `step` seconds, before they move, and marks those it pulled.
+    pub fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        if !self.runs {
+            return;
+        }
+        self.settle(knots);
+        self.before.clear();
+        self.before.extend(self.reached.iter().map(|&knot| knots.velocity[knot]));
+
+        let inverse_mass = &self.inverse_mass;
+        for line in &mut self.lines {
+            line.thread.begin(knots, inverse_mass);
+        }
+        if let Some(lock) = &mut self.lock {
+            lock.begin(knots, inverse_mass);
+        }
+        for _ in 0..SWEEPS {
+            let mut changed = false;
+            for Line { thread, winch, .. } in &mut self.lines {
+                changed |= thread.pull(knots, inverse_mass, step, &winch.ask(step));
+            }
+            if let Some(lock) = &mut self.lock {
+                changed |= lock.pull(knots, inverse_mass, step);
+            }
+            if !changed {
+                break;
+            }
+        }
+
+        for Line { thread, winch, tension, .. } in &mut self.lines {
+            winch.pulled(step, thread.impulse(), thread.length_after(knots, step));
+            *tension = tension.max(thread.impulse() / step);
+            let outside = Outside::of(thread);
+            self.outside.impulse += outside.impulse;
+            self.outside.angular_impulse += outside.angular_impulse;
+        }
+        for ((&knot, before), impulse) in self.reached.iter().zip(&self.before).zip(&mut self.impulses) {
+            let change = knots.velocity[knot] - before;
+            if change != Vector3::zeros() {
+                touched[knot] = true;
+                *impulse += change / inverse_mass[knot];
+            }
+        }
+    }
+
+    /// Hears where the knots are after the step, and winds the threads in.
+    pub fn settle(&mut self, knots: &Knots) {
+        for line in &mut self.lines {
+            line.winch.wind(|| line.thread.length(knots));
+        }
+    }
+
+    /// What it did since the last time, within a step from `before` to `after`.
+    ///
+    /// Work on the knots: Σ J · (v⁻ + v⁺) / 2 over their impulses J, exactly its share in the change
+    /// of their energy.
+    pub fn account(&mut self, before: &Knots, after: &Knots) -> Posting {
+        if !self.runs {
+            return Posting::default();
+        }
+        let stored = self.stored();
+        self.settle(after);
+        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
+        let mut posting = Posting { impulse, angular_impulse, ..Posting::default() };
+        for (&knot, impulse) in self.reached.iter().zip(&mut self.impulses) {
+            let impulse = std::mem::take(impulse);
+            posting.on_knots += 0.5 * impulse.dot(&(before.velocity[knot] + after.velocity[knot]));
+            posting.count += u64::from(impulse != Vector3::zeros());
+        }
+        posting.work = posting.on_knots + self.stored() - stored;
+        posting
+    }
+
+    /// Every thread as it is in `knots`.
+    pub fn read(&mut self, knots: &Knots) -> impl Iterator<Item = Reading> {
+        self.lines.iter_mut().map(|line| Reading {
+            length: line.thread.length(knots),
+            tension: std::mem::take(&mut line.tension),
+        })
+    }
+
+    /// The knots of each thread in order; `None`: its anchor.
+    pub fn ways(&self) -> impl Iterator<Item = Vec<Option<usize>>> + '_ {
+        let knot = |node: &Node| match node {
+            Node::Knot(knot) => Some(*knot),
+            Node::Anchor => None,
+        };
+        self.lines.iter().map(move |line| line.thread.nodes.iter().map(knot).collect())
+    }
+
+    /// Number of threads.
+    pub fn n_threads(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// Number of latches.
+    pub fn n_latches(&self) -> usize {
+        self.lock.as_ref().map_or(0, Lock::len)
+    }
+
+    /// Length of all threads off their reels [m].
+    pub fn length(&self) -> f64 {
+        self.lines.iter().map(|line| line.winch.length()).sum()
+    }
+
+    /// Kinetic energy of the reels [J].
+    pub fn stored(&self) -> f64 {
+        self.lines.iter().map(|line| line.winch.stored()).sum()
+    }
+
+    /// What the winches have done together: works and times add up, tensions and excesses (over the
+    /// full length of their thread [-]) are the largest.
+    pub fn tally(&self) -> Tally {
+        self.lines.iter().fold(
+            Tally::default(),
+            |sum, Line { winch: Winch { tally, .. }, full_length, .. }| Tally {
+                work: sum.work + tally.work,
+                tension: sum.tension.max(tally.tension),
+                time_at_limit: sum.time_at_limit + tally.time_at_limit,
+                excess: sum.excess.max(tally.excess / full_length),
+            },
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+    use thread::Ends;
+
+    const DRIVE: Drive = Drive { winches: 1.0, speed: 0.5, tension: 2.0, reel_mass: 0.0, stop_share: 0.0 };
+
+    fn route(nodes: Vec<Node>, winches: u32, full_length: f64) -> Route {
+        Route { nodes, ends: Ends::Both, winches, full_length }
+    }
+
+    /// Knots that nothing but the mechanism moves.
+    struct Free {
+        knots: Knots,
+        mechanism: Mechanism,
+        posted: f64,
+    }
+
+    impl Free {
+        fn new(position: Vec<Vector3<f64>>, mass: &[f64], route: &Route, drive: Drive) -> Free {
+            let knots = Knots { velocity: vec![Vector3::zeros(); position.len()], position };
+            let mut mechanism = Mechanism::new(vec![Line::new(route, drive, 0.0)], None, mass);
+            mechanism.start(&knots);
+            Free { knots, mechanism, posted: 0.0 }
+        }
+
+        fn step(&mut self, step: f64) {
+            let before = self.knots.clone();
+            self.mechanism.pull(&mut self.knots, step, &mut vec![false; before.position.len()]);
+            for (x, v) in self.knots.position.iter_mut().zip(&self.knots.velocity) {
+                *x += step * v;
+            }
+            self.posted += self.mechanism.account(&before, &self.knots).work;
+        }
+    }
+
+    /// Reeling in a row of free knots at speed n s: both ends move at n s / 2 from the first step
+    /// on, with kinetic energy m (n s)² / 4; the winches put in twice that, λ n s, and half is lost
+    /// when the thread goes taut against knots at rest. Nothing more is needed afterwards.
+    #[test]
+    fn closing_a_row_matches_the_closed_form() {
+        let (n, mass) = (7, 0.3);
+        let position = (0..n).map(|i| vector![0.1 * i as f64, 0.0, 0.0]).collect();
+        let row = route((0..n).map(Node::Knot).collect(), 2, 0.6);
+        let drive = Drive { tension: 1e9, ..DRIVE };
+        let mut free = Free::new(position, &vec![mass; n], &row, drive);
+        for _ in 0..90 {
+            free.step(1e-3);
+        }
+        let rate = 2.0 * DRIVE.speed;
+        assert!((free.mechanism.length() - (0.6 - 0.09 * rate)).abs() < 1e-9);
+        assert!((free.knots.velocity[0].x - rate / 2.0).abs() < 1e-9);
+        let energy = mass * rate * rate / 4.0;
+        assert!((free.posted - energy).abs() < 1e-9 * energy, "{} of {energy}", free.posted);
+        let work = free.mechanism.tally().work;
+        assert!((work - 2.0 * energy).abs() < 1e-9 * energy, "{work}");
+        let momentum: Vector3<f64> = free.knots.velocity.iter().sum();
+        assert!(momentum.norm() < 1e-12);
+    }
+
+    /// A mass on a tether at the limit T: v = T t / m. Work of the winch: T times the way, which is
+    /// the kinetic energy but for a step's worth.
+    #[test]
+    fn at_the_limit_the_tension_is_constant() {
+        let (mass, time, step) = (0.5, 0.1, 1e-4);
+        let tether = route(vec![Node::Anchor, Node::Knot(0)], 1, 0.0);
+        let mut free =
+            Free::new(vec![vector![3.0, 0.0, 0.0]], &[mass], &tether, Drive { speed: 1e3, ..DRIVE });
+        for _ in 0..1000 {
+            free.step(step);
+        }
+        let speed = DRIVE.tension * time / mass;
+        assert!((free.knots.velocity[0].x + speed).abs() < 1e-9);
+        let tally = free.mechanism.tally();
+        assert!((tally.tension - DRIVE.tension).abs() < 1e-12);
+        assert!((tally.time_at_limit - time).abs() < 1e-9);
+        let energy = 0.5 * mass * speed * speed;
+        assert!((free.posted - energy).abs() < 1e-9 * energy);
+        // Reeled in over n steps: T² h² n (n + 1) / 2 m, a share 1 / n above the energy.
+        assert!((tally.work / energy - (1.0 + step / time)).abs() < 1e-9);
+    }
+
+    /// Motor force T on reel m_r and mass m together: a = T / (m_r + m), tension m a.
+    #[test]
+    fn an_inert_reel_speeds_up_with_what_it_pulls() {
+        let (mass, reel_mass, time) = (0.5, 0.3, 0.1);
+        let tether = route(vec![Node::Anchor, Node::Knot(0)], 1, 0.0);
+        let drive = Drive { speed: 1e3, reel_mass, ..DRIVE };
+        let mut free = Free::new(vec![vector![3.0, 0.0, 0.0]], &[mass], &tether, drive);
+        for _ in 0..1000 {
+            free.step(1e-4);
+        }
+        let speed = DRIVE.tension * time / (reel_mass + mass);
+        assert!((free.knots.velocity[0].x + speed).abs() < 1e-3 * speed, "{}", free.knots.velocity[0].x);
+        let tension = DRIVE.tension * mass / (reel_mass + mass);
+        assert!((free.mechanism.tally().tension - tension).abs() < 1e-3 * tension);
+        let stored = 0.5 * reel_mass * speed * speed;
+        assert!((free.mechanism.stored() - stored).abs() < 2e-3 * stored);
+        // Posted: what the mass and the reel have.
+        let energy = 0.5 * (mass + reel_mass) * speed * speed;
+        assert!((free.posted - energy).abs() < 2e-3 * energy);
+    }
+
+    /// Two masses fly apart and are caught: the thread holds its length, and pays nothing out.
+    #[test]
+    fn a_thread_that_is_pulled_apart_holds_and_never_pays_out() {
+        let pair = route(vec![Node::Knot(0), Node::Knot(1)], 2, 1.0);
+        let position = vec![Vector3::zeros(), vector![0.9, 0.0, 0.0]];
+        let drive = Drive { speed: 0.1, tension: 1e9, ..DRIVE };
+        let mut free = Free::new(position, &[1.0, 2.0], &pair, drive);
+        free.knots.velocity = vec![vector![-1.0, 0.5, 0.0], vector![1.0, -0.5, 0.2]];
+        let mut last = free.mechanism.length();
+        for _ in 0..2000 {
+            free.step(5e-4);
+            assert!(free.mechanism.length() <= last);
+            last = free.mechanism.length();
+        }
+        let excess = free.mechanism.tally().excess;
+        assert!(excess < 1e-9, "{excess}");
+    }
+
+    #[test]
+    fn winding_ends_at_the_stop() {
+        let pair = route(vec![Node::Knot(0), Node::Knot(1)], 2, 1.0);
+        let position = vec![Vector3::zeros(), vector![1.0, 0.0, 0.0]];
+        let mut free = Free::new(position, &[1.0, 2.0], &pair, Drive { stop_share: 0.4, ..DRIVE });
+        for _ in 0..2000 {
+            free.step(5e-4);
+        }
+        assert!((free.mechanism.length() - 0.4).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,197 @@
+//! The closing mechanism of Section 5.4: threads that winches reel in to shut the net's mouth.
+//!
+//! The physics stands in [`crate::closing`]. This effect starts it, hands its impulses to the
+//! knots, and posts to the ledger:
+//!
+//! - work: what the threads did to the knots, Σ J · (v⁻ + v⁺) / 2 over the knots' impulses J, plus what
+//!   the reels gained in kinetic energy. Impulse times mean velocity is exactly the share of the
+//!   threads in the change of the knots' energy.
+//! - beside it, for the summary: the winches' work T (−dL/dt), and the loss, which is that less the
+//!   posted work: going taut against moving knots, friction at the knots, latches.
+//! - impulse and moment from outside: the pull of the tether to the chaser (layout `cinch`); every
+//!   other thread is internal.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Effect;
+use crate::closing::layouts::Layout;
+use crate::closing::lock::Lock;
+use crate::closing::trigger::{Trigger, Watch};
+use crate::closing::winch::Drive;
+use crate::closing::{Line, Mechanism};
+use crate::net::Net;
+use crate::quantity::Positive;
+use crate::state::{Knots, Posting, State};
+
+/// Parameters of the closing mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Closing {
+    /// The way of the thread.
+    #[serde(default)]
+    pub layout: Layout,
+    /// When the winches start.
+    pub trigger: Trigger,
+    /// Speed at which each winch reels in, at most [m/s].
+    pub reel_speed_m_s: Positive,
+    /// Largest tension of a thread [N].
+    pub max_tension_n: Positive,
+    /// Share of its full length at which a thread is wound no further [-]: its knots, and the tube
+    /// bunched between them, take room.
+    #[serde(default = "Closing::default_stop_share")]
+    #[schemars(range(min = 0, max = 1))]
+    pub stop_share: f64,
+    /// Inertia of a reel over its radius squared [kg].
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub reel_mass_kg: f64,
+    /// Capstan friction coefficient between thread and knots [-].
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 10))]
+    pub thread_friction: f64,
+    /// Whether perimeter knots that come close latch onto each other.
+    #[serde(default)]
+    pub lock: bool,
+    /// How close that is [m]; left out: a tenth of a mesh side.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lock_distance_m: Option<Positive>,
+}
+
+impl Closing {
+    /// Closes the mouth to about 2 % of the net: side of 0.15 by side of 0.15.
+    fn default_stop_share() -> f64 {
+        0.15
+    }
+
+    /// The effect.
+    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
+        let drive = Drive {
+            winches: 1.0, // each route says its own
+            speed: self.reel_speed_m_s.0,
+            tension: self.max_tension_n.0,
+            reel_mass: self.reel_mass_kg,
+            stop_share: self.stop_share,
+        };
+        let routes = self.layout.routes(net);
+        let lines = routes.iter().map(|route| Line::new(route, drive, self.thread_friction)).collect();
+        let n_meshes = net.grid.map(|n| (n - 1) as f64);
+        let mesh = (net.designed_area / (n_meshes[0] * n_meshes[1])).sqrt();
+        let distance = self.lock_distance_m.map_or(0.1 * mesh, |distance| distance.0);
+        let lock = self.lock.then(|| Lock::new(&net.perimeter, distance));
+        Box::new(Active {
+            parameters: *self,
+            watch: Watch::new(self.trigger, net),
+            mechanism: Mechanism::new(lines, lock, &net.mass),
+            triggered: None,
+            length_start: 0.0,
+            passed_on: 0.0,
+        })
+    }
+}
+
+/// What a closing mechanism did in a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// When the winches started [s].
+    pub triggered: Option<f64>,
+    /// Length of all threads off the reels when they started [m].
+    pub length_start: f64,
+    /// The same now [m].
+    pub length_end: f64,
+    /// Largest tension [N].
+    pub tension: f64,
+    /// Time at the tension limit, summed over the threads [s].
+    pub time_at_limit: f64,
+    /// Work of the winches [J].
+    pub work: f64,
+    /// What of it did not reach the knots [J].
+    pub loss: f64,
+    /// Largest length of a thread beyond what was off its reels, over its full length [-].
+    pub excess: f64,
+    /// Latched pairs of knots.
+    pub latches: usize,
+    /// The knots of each thread in order; `None`: the chaser.
+    pub ways: Vec<Vec<Option<usize>>>,
+}
+
+struct Active {
+    parameters: Closing,
+    watch: Watch,
+    mechanism: Mechanism,
+    triggered: Option<f64>,
+    length_start: f64,
+    /// Work posted so far [J].
+    passed_on: f64,
+}
+
+impl Effect for Active {
+    fn name(&self) -> &'static str {
+        "closing"
+    }
+
+    fn installs(&self) -> String {
+        let Closing { reel_speed_m_s, max_tension_n, layout, .. } = self.parameters;
+        format!(
+            "{} thread(s) of layout {layout:?}, {} m/s a winch, at most {} N",
+            self.mechanism.n_threads(),
+            reel_speed_m_s.0,
+            max_tension_n.0
+        )
+    }
+
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn watch(&mut self, state: &State) {
+        if self.triggered.is_none() && self.watch.fires(state) {
+            self.mechanism.start(&state.knots);
+            self.triggered = Some(state.time);
+            self.length_start = self.mechanism.length();
+        }
+    }
+
+    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        self.mechanism.pull(knots, step, touched);
+    }
+
+    fn stored_energy(&self, _state: &State) -> f64 {
+        self.mechanism.stored()
+    }
+
+    fn account(&mut self, before: &State, after: &State) -> Posting {
+        let posting = self.mechanism.account(&before.knots, &after.knots);
+        self.passed_on += posting.work;
+        posting
+    }
+
+    fn reading_names(&self) -> Vec<String> {
+        let threads = 1..=self.mechanism.n_threads();
+        let of_threads =
+            threads.flat_map(|n| [format!("thread_{n}_length_m"), format!("thread_{n}_tension_n")]);
+        of_threads.chain(["winch_work_j".to_owned()]).collect()
+    }
+
+    fn readings(&mut self, state: &State) -> Vec<f64> {
+        let work = self.mechanism.tally().work;
+        let threads = self.mechanism.read(&state.knots).flat_map(|reading| [reading.length, reading.tension]);
+        threads.chain([work]).collect()
+    }
+
+    fn closing(&self) -> Option<Report> {
+        let tally = self.mechanism.tally();
+        Some(Report {
+            triggered: self.triggered,
+            length_start: self.length_start,
+            length_end: self.mechanism.length(),
+            tension: tally.tension,
+            time_at_limit: tally.time_at_limit,
+            work: tally.work,
+            loss: tally.work - self.passed_on,
+            excess: tally.excess,
+            latches: self.mechanism.n_latches(),
+            ways: self.mechanism.ways().collect(),
+        })
+    }
+}

@@ -1,0 +1,127 @@
+//! The tug: after the capture the chaser pulls the net's centre along a direction. Does it hold?
+//!
+//! The pull is a thread of one segment (see [`crate::closing`]) from the net's centre knot to a
+//! winch so far away that its direction hardly turns. Without `speed_m_s` the winch keeps the
+//! tension at `force_n`; with it, it reels in at that speed, at a tension of `force_n` at most,
+//! and slack while the net comes along by itself.
+//!
+//! The verdict is that of `capture`, whose `hold_s` should cover the tug. Retention over a whole
+//! turn of the target needs no tug: a `duration_s` and a `hold_s` that cover the turn.
+//!
+//! The pull comes from outside: its impulse, its moment about the origin and its work are posted.
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Effect;
+use crate::closing::layouts::{Route, centre};
+use crate::closing::thread::{Ends, Node};
+use crate::closing::trigger::{Trigger, Watch};
+use crate::closing::winch::Drive;
+use crate::closing::{Line, Mechanism};
+use crate::net::Net;
+use crate::quantity::Positive;
+use crate::state::{Knots, Posting, State};
+
+/// Distance of the winch over the side of the net, at least.
+const FAR: f64 = 100.0;
+
+/// Parameters of the tug.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tug {
+    /// When it starts.
+    pub start: Trigger,
+    /// For how long it pulls [s].
+    pub time_s: Positive,
+    /// Where to, in the local frame, of any length but 0 [-].
+    pub direction: [f64; 3],
+    /// Force; the largest, where there is a speed [N].
+    pub force_n: Positive,
+    /// Speed [m/s]; left out: as the force makes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_m_s: Option<Positive>,
+}
+
+impl Tug {
+    /// The effect.
+    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
+        let centre = centre(net);
+        let route = Route {
+            nodes: vec![Node::Anchor, Node::Knot(centre)],
+            ends: Ends::First,
+            winches: 1,
+            full_length: 0.0,
+        };
+        let drive = Drive {
+            winches: 1.0,
+            speed: self.speed_m_s.map_or(f64::INFINITY, |speed| speed.0),
+            tension: self.force_n.0,
+            reel_mass: 0.0,
+            stop_share: 0.0,
+        };
+        let distance = self.speed_m_s.map_or(0.0, |speed| 2.0 * speed.0 * self.time_s.0);
+        let reach = distance.max(FAR * net.designed_area.sqrt());
+        Box::new(Active {
+            parameters: *self,
+            watch: Watch::new(self.start, net),
+            mechanism: Mechanism::new(vec![Line::new(&route, drive, 0.0)], None, &net.mass),
+            centre,
+            to_winch: reach * Vector3::from(self.direction).normalize(),
+            started: None,
+        })
+    }
+}
+
+struct Active {
+    parameters: Tug,
+    watch: Watch,
+    mechanism: Mechanism,
+    centre: usize,
+    /// From the centre knot to the winch at the start [m].
+    to_winch: Vector3<f64>,
+    started: Option<f64>,
+}
+
+impl Effect for Active {
+    fn name(&self) -> &'static str {
+        "tug"
+    }
+
+    fn installs(&self) -> String {
+        format!("a tether at the centre knot, {} N", self.parameters.force_n.0)
+    }
+
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn watch(&mut self, state: &State) {
+        match self.started {
+            None if self.watch.fires(state) => {
+                self.mechanism.anchor(state.knots.position[self.centre] + self.to_winch);
+                self.mechanism.start(&state.knots);
+                self.started = Some(state.time);
+            }
+            Some(start) if state.time >= start + self.parameters.time_s.0 => self.mechanism.stop(),
+            _ => {}
+        }
+    }
+
+    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        self.mechanism.pull(knots, step, touched);
+    }
+
+    fn account(&mut self, before: &State, after: &State) -> Posting {
+        self.mechanism.account(&before.knots, &after.knots)
+    }
+
+    fn reading_names(&self) -> Vec<String> {
+        vec!["tug_force_n".to_owned()]
+    }
+
+    fn readings(&mut self, state: &State) -> Vec<f64> {
+        self.mechanism.read(&state.knots).map(|reading| reading.tension).collect()
+    }
+}
