@@ -38,7 +38,7 @@ pub struct Arguments {
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Runs agree while their largest bullet difference is below this [m]; left out: 1 % of the net's side.
-    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    #[arg(long, allow_hyphen_values = true, value_name = "METRES", value_parser = at_least_zero)]
     trust_distance: Option<f64>,
     /// One run after another: wall times that can be compared.
     #[arg(long)]
