@@ -9,13 +9,11 @@ use std::path::Path;
 use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
-use super::plots::{self, DARK, hex};
-use super::results;
+use super::page::{self, Figure};
+use super::{plots, results};
 use super::table::{number, table};
 use crate::study::compare::{Comparison, Outcome};
-use figures::{Figure, timing};
-
-const TEMPLATE: &str = include_str!("compare/page.html");
+use figures::timing;
 
 /// Columns of the table: name, in two lines for a terminal, and unit.
 const COLUMNS: [(&str, &str); 12] = [
@@ -46,7 +44,7 @@ pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
         files::write(&place, |file| file.write_all(svg.as_bytes()))?;
         drawn.push((figure, svg));
     }
-    let page = page(comparison, &drawn);
+    let page = whole_page(comparison, &drawn);
     files::write(&out.join("compare.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
     results::json(&out.join("compare.json"), comparison)
@@ -168,7 +166,7 @@ fn notes(comparison: &Comparison) -> Vec<String> {
 }
 
 /// The page: table and figures, everything within one file.
-fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
+fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
     let mut head = String::new();
     for (name, unit) in COLUMNS {
         let unit = if unit.is_empty() { String::new() } else { format!("<small>{unit}</small>") };
@@ -177,68 +175,20 @@ fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
     }
     let mut rows = String::new();
     for row in cells(comparison) {
-        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", page::escape(cell))).collect();
         let _ = writeln!(rows, "<tr>{cells}</tr>");
     }
-    let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
-    let mut drawings = String::new();
-    for (figure, svg) in figures {
-        let _ = writeln!(
-            drawings,
-            "<figure id=\"{}\">\n<h2>{}</h2>\n<figcaption>{}</figcaption>\n<div class=\"plot\">{svg}</div>\n</figure>",
-            figure.name,
-            figure.title,
-            escape(&figure.words)
-        );
-    }
-    let provenance = &comparison.provenance;
-    let made = format!(
-        "{} ({}), {}, {}; {}, {} processors: {}. Seed {}. <code>{}</code>",
-        escape(&provenance.program),
-        escape(&provenance.commit),
-        escape(&provenance.engine),
-        escape(&provenance.compiler),
-        escape(&provenance.platform),
-        provenance.threads,
-        escape(&provenance.processor),
-        comparison.request.ensemble.seed,
-        escape(&provenance.command)
-    );
-    let parts = [
-        ("title", escape(&comparison.title)),
-        ("dark", dark()),
+    let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
+    page::fill(&[
+        ("title", page::escape(&comparison.title)),
+        ("kind", "comparison".to_owned()),
+        ("lead", String::new()),
         ("head", head),
         ("rows", rows),
         ("notes", notes),
-        ("figures", drawings),
-        ("made", made),
-    ];
-    // Piece by piece, not by replacing: a title may spell a gap's name.
-    let mut page = String::new();
-    let mut rest = TEMPLATE;
-    while let Some((before, after)) = rest.split_once("{{") {
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        page.push_str(before);
-        page.push_str(parts.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text));
-        rest = after;
-    }
-    page.push_str(rest);
-    page
-}
-
-/// Style rules that give every colour of a plot its dark counterpart.
-fn dark() -> String {
-    let rule = |(light, dark): (plotters::style::RGBColor, &str)| {
-        let light = hex(light);
-        format!(
-            ".plot [fill=\"{light}\"] {{ fill: {dark} }} .plot [stroke=\"{light}\"] {{ stroke: {dark} }}\n"
-        )
-    };
-    DARK.into_iter().map(rule).collect()
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+        ("figures", page::drawings(drawn)),
+        ("made", page::made(&comparison.provenance, comparison.request.ensemble.seed)),
+    ])
 }
 
 #[cfg(test)]
@@ -249,12 +199,5 @@ mod tests {
     fn numbers_of_the_table_are_short() {
         assert_eq!([0.12345, 12.345, 1234.5, 1e-7].map(short), ["0.123", "12.3", "1234", "1.000e-7"]);
         assert_eq!([7.0, 1e-6, 1.25e-5, 120.0, 0.0].map(plain), ["7", "1e-6", "1.25e-5", "120", "0"]);
-    }
-
-    #[test]
-    fn every_gap_of_the_page_is_known() {
-        let gaps: Vec<&str> =
-            TEMPLATE.split("{{").skip(1).map(|rest| rest.split("}}").next().unwrap()).collect();
-        assert_eq!(gaps, ["title", "dark", "title", "head", "rows", "notes", "figures", "made"]);
     }
 }
