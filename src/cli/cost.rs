@@ -7,10 +7,12 @@ use clap::Args;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tumblenet::case::Case;
-use tumblenet::report::files::{self, WriteError};
+use tumblenet::problems::Problems;
 use tumblenet::report::cost as report;
+use tumblenet::report::files::{self, WriteError};
 use tumblenet::scene::Source;
-use tumblenet::study::cost::{self, Request, Store};
+use tumblenet::study::cost::accuracy::Table;
+use tumblenet::study::cost::{self, Request, Store, Study};
 use tumblenet::study::ensemble;
 
 use super::members::Kept;
@@ -21,7 +23,11 @@ use super::{Error, Format, json, print};
 #[derive(Args)]
 pub struct Arguments {
     /// Scene file, or name of a built-in scene.
-    scene: String,
+    #[arg(required_unless_present = "collect")]
+    scene: Option<String>,
+    /// Prints the table that `run --accuracy` reads, from the `cost.json` of studies made before.
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "scene")]
+    collect: Vec<PathBuf>,
     /// Time that the study may take: `90s`, `5min`.
     #[arg(long, value_name = "TIME", default_value = "90s", value_parser = budget)]
     budget: f64,
@@ -62,9 +68,30 @@ fn budget(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A study made before.
+///
+/// # Errors
+/// The file cannot be read, or is no study of this version.
+pub(super) fn read(file: &Path) -> Result<Study, Problems> {
+    let mut problems = Problems::new(file.display().to_string());
+    let rule = "the cost.json of a study of this version";
+    let study = match std::fs::read(file) {
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| problems.add("", error, rule)).ok(),
+        Err(error) => {
+            problems.add("", error, rule);
+            None
+        }
+    };
+    problems.into_result(study)
+}
+
 /// Runs the study and writes its report.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let mut source = Source::find(&arguments.scene)?;
+    let Some(scene) = &arguments.scene else {
+        let studies = arguments.collect.iter().map(|file| read(file)).collect::<Result<Vec<Study>, _>>()?;
+        return print(&json(&Table::of(&studies)));
+    };
+    let mut source = Source::find(scene)?;
     source.set(&arguments.changes)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("cost"));
     // Checked before the folder is made, and the folder before the runs.

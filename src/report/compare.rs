@@ -10,8 +10,8 @@ use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
 use super::page::{self, Figure};
-use super::{plots, results};
 use super::table::{number, table};
+use super::{plots, results};
 use crate::study::compare::{Comparison, Outcome};
 use figures::timing;
 
@@ -178,7 +178,8 @@ fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
         let cells: String = row.iter().map(|cell| format!("<td>{}</td>", page::escape(cell))).collect();
         let _ = writeln!(rows, "<tr>{cells}</tr>");
     }
-    let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
+    let notes: String =
+        notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
     page::fill(&[
         ("title", page::escape(&comparison.title)),
         ("kind", "comparison".to_owned()),

@@ -309,9 +309,8 @@ struct Bench<'a, S> {
 impl<S: Store> Bench<'_, S> {
     /// Each setting once, the cheapest first, as far as time allows.
     fn survey(&mut self, deadline: Instant, tell: &mut impl FnMut(&str)) {
-        let guess = |setting: &Setting| {
-            setting.case.as_ref().map_or(0.0, |case| self.second_per_unit * units(case))
-        };
+        let guess =
+            |setting: &Setting| setting.case.as_ref().map_or(0.0, |case| self.second_per_unit * units(case));
         let mut order: Vec<(f64, usize)> =
             self.settings.iter().enumerate().map(|(i, setting)| (guess(setting), i)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -491,7 +490,8 @@ fn distributions(
     let changes: Vec<String> = common.iter().cloned().chain([format!("solver.step_s={half:e}")]).collect();
     let finer = finer.set(&changes).and_then(|()| Case::build(&finer));
     let chosen = ["joints 2 ms", "joints 1 ms"];
-    let mut cases: Vec<(&str, &Case)> = finer.as_ref().map(|case| ("as written, half the step", case)).into_iter().collect();
+    let mut cases: Vec<(&str, &Case)> =
+        finer.as_ref().map(|case| ("as written, half the step", case)).into_iter().collect();
     cases.extend(settings.iter().filter_map(|setting| {
         let case = setting.case.as_ref().ok()?;
         let asked = setting.kind != Kind::Method

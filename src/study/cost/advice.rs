@@ -97,18 +97,27 @@ fn sentence(study: &Study, levels: &[Level], verdict: Option<&Verdicts>) -> Stri
             seconds(verdict.cost)
         )),
         None if !study.verdicts.is_empty() => {
-            parts.push("for the verdict no cheaper setting agrees with the finest: keep the scene as written".to_owned());
+            parts.push(
+                "for the verdict no cheaper setting agrees with the finest: keep the scene as written"
+                    .to_owned(),
+            );
         }
         None => {}
     }
     if let Some(written) = study.settings.iter().find(|one| one.family == AS_WRITTEN)
         && let (Some(cost), Some(error)) = (written.cost, written.error())
     {
-        parts.push(format!("as written the scene costs {} and errs by {}", seconds(cost.median), length(error)));
+        parts.push(format!(
+            "as written the scene costs {} and errs by {}",
+            seconds(cost.median),
+            length(error)
+        ));
     }
     let text = parts.join("; ");
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect::<String>() + ".")
+    letters
+        .next()
+        .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect::<String>() + ".")
 }
 
 /// A length in words, with two digits.
@@ -142,7 +151,10 @@ mod tests {
 
     #[test]
     fn lengths_and_times_are_said_in_two_digits() {
-        assert_eq!([1e-3, 5e-4, 2.5, 1.23e-5, 4e-8].map(length), ["1 mm", "500 µm", "2.5 m", "12 µm", "40 nm"]);
+        assert_eq!(
+            [1e-3, 5e-4, 2.5, 1.23e-5, 4e-8].map(length),
+            ["1 mm", "500 µm", "2.5 m", "12 µm", "40 nm"]
+        );
         assert_eq!([0.0123, 1.0, 12.34, 0.0].map(seconds), ["12 ms", "1 s", "12 s", "0 ms"]);
     }
 }

@@ -117,7 +117,8 @@ pub fn settings(source: &Source, base: &Case, common: &[String]) -> Vec<Setting>
 
 /// The engine's cables and contact, nothing else turned.
 fn engine(changes: &[String]) -> Vec<String> {
-    let plain = ["solver.cables=joints", "solver.contact=rapier", "solver.flight=cables", "solver.substeps=1"];
+    let plain =
+        ["solver.cables=joints", "solver.contact=rapier", "solver.flight=cables", "solver.substeps=1"];
     plain.into_iter().map(str::to_owned).chain(changes.iter().cloned()).collect()
 }
 
@@ -216,7 +217,13 @@ fn contacts(dials: &mut Dials<'_>, base: &Case) {
 fn models(dials: &mut Dials<'_>, source: &Source, base: &Case) {
     for middle in [0, 1, 3].into_iter().filter(|middle| *middle != base.scene.net.middle_knots) {
         let changes = [format!("net.middle_knots={middle}")];
-        dials.add(Kind::Model, "middle knots", format!("{middle} middle knots"), Some(f64::from(middle)), &changes);
+        dials.add(
+            Kind::Model,
+            "middle knots",
+            format!("{middle} middle knots"),
+            Some(f64::from(middle)),
+            &changes,
+        );
     }
     let named = source.json.get("effects").and_then(Value::as_object);
     for effect in named.into_iter().flat_map(|effects| effects.keys()) {
@@ -268,7 +275,8 @@ mod tests {
     #[test]
     fn every_dial_of_a_capture_is_there_and_refusals_have_reasons() {
         let list = dials("cubesat-spin-x-2.0-tube");
-        for family in FAMILIES.iter().filter(|family| !["other cables", "joints, precision"].contains(family)) {
+        for family in FAMILIES.iter().filter(|family| !["other cables", "joints, precision"].contains(family))
+        {
             assert!(list.iter().any(|setting| setting.family == *family), "{family}");
         }
         assert!(list.iter().any(|setting| setting.label == "without closing"));

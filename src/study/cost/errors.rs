@@ -141,7 +141,11 @@ impl Worth {
 }
 
 /// How far `knots` are from the reference; nothing when the run misses a frame of its window.
-fn distance(found: &[Vec<nalgebra::Vector3<f64>>], reference: &Reference, knots: &[usize]) -> Option<Distance> {
+fn distance(
+    found: &[Vec<nalgebra::Vector3<f64>>],
+    reference: &Reference,
+    knots: &[usize],
+) -> Option<Distance> {
     let frames = reference.window();
     if found.len() < frames {
         return None;

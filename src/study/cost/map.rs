@@ -72,7 +72,11 @@ pub fn maps(base: &Case, opened_s: f64, deadline: Instant) -> Vec<Map> {
         let order = cases.iter().rev().flat_map(|case| STIFFNESS.map(|factor| (case, factor)));
         let all: Vec<(&(f64, Case), f64)> = order.collect();
         let cell = |&((step, case), stiffness): &(&(f64, Case), f64)| {
-            (Instant::now() < deadline).then(|| Cell { stiffness, step_s: *step, gain: gain(case, stiffness) })
+            (Instant::now() < deadline).then(|| Cell {
+                stiffness,
+                step_s: *step,
+                gain: gain(case, stiffness),
+            })
         };
         let cells: Vec<Option<Cell>> = all.par_iter().with_max_len(1).map(cell).collect();
         Map { method: method.to_owned(), cells: cells.into_iter().flatten().collect(), limit }

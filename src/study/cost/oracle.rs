@@ -90,15 +90,8 @@ const STAGES: [&[f64]; 6] = [
 ];
 
 /// Result of order 5 less that of order 4.
-const ERROR: [f64; 7] = [
-    71.0 / 57600.0,
-    0.0,
-    -71.0 / 16695.0,
-    71.0 / 1920.0,
-    -17253.0 / 339200.0,
-    22.0 / 525.0,
-    -1.0 / 40.0,
-];
+const ERROR: [f64; 7] =
+    [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
 impl<'a> Flyer<'a> {
     fn new(net: &'a Net, tolerance: f64) -> Flyer<'a> {
@@ -286,11 +279,7 @@ struct Path {
 impl Path {
     fn of(flyer: &Flyer, cable: &Cable, step: f64) -> Path {
         let of = |y: &[f64], slope: &[f64]| [across(y, cable), parting(y, cable), parting(slope, cable)];
-        Path {
-            step,
-            from: of(&flyer.y, &flyer.slopes[0]),
-            to: of(&flyer.trial, &flyer.slopes[6]),
-        }
+        Path { step, from: of(&flyer.y, &flyer.slopes[0]), to: of(&flyer.trial, &flyer.slopes[6]) }
     }
 
     /// Position and velocity after a `share` of the step.

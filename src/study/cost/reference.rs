@@ -15,7 +15,7 @@
 //! Effects that act in flight are not in the oracle; then both integrators are the explicit net's.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -43,6 +43,10 @@ const TOLERANCES: [f64; 2] = [1e-14, 1e-13];
 
 /// Step of the fine symplectic runs over the stable step [-].
 const FINE: f64 = 0.015;
+
+/// The longest step of such a run that is still fine, and the time a cable and step of it takes, about [s].
+const ROUGH: f64 = 0.2;
+const CABLE_TIME: f64 = 2e-8;
 
 /// Trust distance over the net's side [-].
 pub const TRUST: f64 = 1e-4;
@@ -135,28 +139,37 @@ pub struct Request {
 ///
 /// Nothing when no two runs reached two frames in time.
 pub fn reference(source: &Source, base: &Case, common: &[String], request: &Request) -> Option<Reference> {
+    let started = Instant::now();
     let quiet = !base.scene.effects.build(&base.net).iter().any(|effect| effect.acts() || effect.pulls());
-    let stable = stable_step(&base.net);
     let fly = |index: usize| {
         let (group, member) = (index % 2, index / 2);
+        // A fair share of what is left for each run, so that one does not starve the others.
+        let allowed = Instant::now() + fair_share(2 * RUNS, request.deadline.duration_since(started));
         if group == 1 {
-            return (group, stepped(source, common, Integrator::Symplectic, FINE * stable, member, request));
+            return (group, stepped(source, base, common, Integrator::Symplectic, member, request, allowed));
         }
         if !quiet {
-            return (group, stepped(source, common, Integrator::Rk4, FINE * stable, member, request));
+            return (group, stepped(source, base, common, Integrator::Rk4, member, request, allowed));
         }
         // The second run starts where the first does; the others are perturbed.
         let tolerance = TOLERANCES[member.min(1)] * base.net.designed_area.sqrt();
         let case = start(base, member.saturating_sub(1), request.seed);
-        let in_time = || Instant::now() < request.deadline;
-        let knots = oracle::fly(&case.net, &request.times, tolerance, in_time).knots;
-        (group, Some(Member { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }))
+        let knots = oracle::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
+        (
+            group,
+            Some(Member { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }),
+        )
     };
     let flown: Vec<(usize, Option<Member>)> =
         (0..2 * RUNS).into_par_iter().with_max_len(1).map(fly).collect();
     let mut groups: [Vec<Member>; 2] = [Vec::new(), Vec::new()];
     for (group, member) in flown {
         groups[group].extend(member);
+    }
+    // A run that was stopped early would shorten all of them.
+    let longest = groups.iter().flatten().map(|member| member.knots.len()).max().unwrap_or(0);
+    for group in &mut groups {
+        group.retain(|member| 2 * member.knots.len() > longest);
     }
     // An integrator that the scene refuses leaves the other one.
     if groups[0].is_empty() {
@@ -177,23 +190,40 @@ fn start(case: &Case, member: usize, seed: u64) -> Case {
     perturbed(case, &ensemble::Request { members: RUNS, perturb_m: PERTURB, seed }, member)
 }
 
-/// A run of the explicit net up to the last time of the request.
+/// What each of `runs` runs may take of `time`, on all threads.
+fn fair_share(runs: usize, time: Duration) -> Duration {
+    let threads = rayon::current_num_threads().min(runs);
+    time * threads as u32 / runs as u32
+}
+
+/// A run of the explicit net up to the last time of the request: with the finest step that it is
+/// likely to have time for.
 fn stepped(
     source: &Source,
+    base: &Case,
     common: &[String],
     integrator: Integrator,
-    step: f64,
     member: usize,
     request: &Request,
+    allowed: Instant,
 ) -> Option<Member> {
     let end = *request.times.last()?;
+    let stages = if integrator == Integrator::Rk4 { 5.0 } else { 1.0 };
+    let left = allowed.saturating_duration_since(Instant::now()).as_secs_f64();
+    let shortest = end * base.net.cables.len() as f64 * stages * CABLE_TIME / left.max(1e-3);
+    let stable = stable_step(&base.net);
+    let step = (FINE * stable).max(shortest);
+    if step > ROUGH * stable {
+        return None;
+    }
     let mut changes = common.to_vec();
     changes.extend(explicit_changes(integrator, step));
     changes.extend([format!("duration_s={end}"), "capture.hold_s=0".to_owned()]);
     let mut source = source.clone();
     source.set(&changes).ok()?;
     let case = start(&Case::build(&source).ok()?, member, request.seed);
-    let name = format!("{} {:.2} µs", if integrator == Integrator::Rk4 { "RK4" } else { "symplectic" }, 1e6 * step);
+    let name =
+        format!("{} {:.2} µs", if integrator == Integrator::Rk4 { "RK4" } else { "symplectic" }, 1e6 * step);
     let run = Run::of(&case, |_| {}).ok()?;
     let scalars = if request.whole { scalars(&case, &run) } else { Vec::new() };
     Some(Member { name, knots: at_times(&run, &request.times), scalars })

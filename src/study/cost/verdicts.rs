@@ -104,9 +104,9 @@ pub fn run(
 fn member(case: &Case, request: &Request, number: usize) -> Member {
     let case = perturbed(case, request, number);
     let (run, seconds) = timed(&case);
-    let outcome = run.map_err(|failure| failure.to_string()).and_then(|run| {
-        Ending::of(&case, &run).ok_or_else(|| "no target".to_owned())
-    });
+    let outcome = run
+        .map_err(|failure| failure.to_string())
+        .and_then(|run| Ending::of(&case, &run).ok_or_else(|| "no target".to_owned()));
     Member { member: number, cost: seconds / case.scene.duration_s.0, outcome }
 }
 
