@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`dials`] | the settings |
 //! | [`reference`], [`oracle`] | the free flight, known far better than any run, and where chaos ends that |
-//! | [`errors`], [`timing`] | what a run is worth, and what it costs |
+//! | [`bench`], [`errors`], [`timing`] | what a run is worth, and what it costs |
 //! | [`front`] | the settings worth their time; the order of convergence |
 //! | [`verdicts`] | after contact: distributions |
 //! | [`map`] | where a method is stable |
@@ -18,6 +18,7 @@
 
 pub mod accuracy;
 pub mod advice;
+pub mod bench;
 pub mod dials;
 pub mod errors;
 pub mod front;
@@ -33,14 +34,14 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::ensemble;
 use crate::case::Case;
 use crate::failure::Failure;
-use crate::problems::{Problem, Problems};
+use crate::problems::Problems;
 use crate::provenance::Provenance;
 use crate::scene::Source;
 use advice::Advice;
-use dials::{Kind, Setting};
+use bench::Bench;
+use dials::Kind;
 use errors::Worth;
 use front::Order;
 use map::Map;
@@ -48,17 +49,8 @@ use reference::{Quality, Reference};
 use timing::{Cost, timed};
 use verdicts::Verdicts;
 
-/// Most repeats of a setting.
-const REPEATS: usize = 9;
-
-/// Settings off the front that are repeated: those within this factor of its cost at their error [-].
-const NEAR: f64 = 1.5;
-
 /// Frames of a run: time between them where a run lasts long enough [s].
 const SAMPLE: f64 = 0.01;
-
-/// Perturbation of an ensemble [m], as that of `run --ensemble`.
-const PERTURB: f64 = 1e-6;
 
 /// What a study is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -156,17 +148,6 @@ impl Measured {
     }
 }
 
-/// One measurement of one setting.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Sample {
-    /// The window it was measured in [s], and the frames of the reference: another reference, another error.
-    window: (f64, usize),
-    /// Processor time per simulated second [s/s].
-    cost: f64,
-    /// What the run was worth, or why it failed.
-    outcome: Result<Worth, String>,
-}
-
 /// Why there is no study.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -194,27 +175,19 @@ pub fn run(
 
     tell("the scene as written");
     let written = Case::build(source)?;
-    let common = common(&written);
-    let mut changed = source.clone();
-    changed.set(&common)?;
-    let base = Case::build(&changed)?;
+    let source = &studied(source, &written)?;
+    let base = Case::build(source)?;
     let (first, base_seconds) = timed(&base);
     let first = first?;
     let shares = Shares::of(&base);
 
     tell("the reference");
     let flight = flight(&base, first.extremes.first_contact, request, by(shares.reference));
-    let reference = reference::reference(source, &base, &common, &flight);
+    let reference = reference::reference(source, &base, &flight);
 
-    let settings = dials::settings(source, &base, &common);
-    let mut bench = Bench {
-        reference: reference.as_ref(),
-        store,
-        samples: vec![Vec::new(); settings.len()],
-        left_out: vec![None; settings.len()],
-        settings: &settings,
-        second_per_unit: base_seconds / units(&base),
-    };
+    let settings = dials::settings(source, &base);
+    let unit = base_seconds / bench::units(&base);
+    let mut bench = Bench::new(&settings, reference.as_ref(), store, unit);
     bench.survey(by(shares.survey), &mut tell);
     bench.repeat(by(shares.repeats), &mut tell);
     let measured = bench.measured();
@@ -242,7 +215,8 @@ pub fn run(
         provenance: Provenance::here(),
     };
     if base.target.is_some() {
-        study.verdicts = distributions(source, &base, &common, &settings, request, by(1.0), store, &mut tell);
+        let seed = request.seed;
+        study.verdicts = verdicts::distributions(source, &base, &settings, seed, by(1.0), store, &mut tell);
     }
     study.advice = Advice::of(&study);
     study.took_s = started.elapsed().as_secs_f64();
@@ -267,11 +241,13 @@ impl Shares {
     }
 }
 
-/// What is set in every run of the study: no expectation, frames at times that all steps meet.
-fn common(written: &Case) -> Vec<String> {
+/// The scene as all runs of the study have it: no expectation, frames at times that all steps meet.
+fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
     let duration = written.scene.duration_s.0;
     let sample = if duration >= 10.0 * SAMPLE { SAMPLE } else { duration };
-    vec!["expect=null".to_owned(), format!("output.sample_s={sample}")]
+    let mut source = source.clone();
+    source.set(&["expect=null".to_owned(), format!("output.sample_s={sample}")])?;
+    Ok(source)
 }
 
 /// The flight that the reference is asked for: up to the frame before first contact.
@@ -292,142 +268,6 @@ fn flight(
         seed: request.seed,
         deadline,
         at: request.at_s,
-    }
-}
-
-/// The settings under measurement.
-struct Bench<'a, S> {
-    settings: &'a [Setting],
-    reference: Option<&'a Reference>,
-    store: &'a S,
-    samples: Vec<Vec<Sample>>,
-    left_out: Vec<Option<String>>,
-    /// Processor time of a unit of work, for guesses [s].
-    second_per_unit: f64,
-}
-
-impl<S: Store> Bench<'_, S> {
-    /// Each setting once, the cheapest first, as far as time allows.
-    fn survey(&mut self, deadline: Instant, tell: &mut impl FnMut(&str)) {
-        let guess =
-            |setting: &Setting| setting.case.as_ref().map_or(0.0, |case| self.second_per_unit * units(case));
-        let mut order: Vec<(f64, usize)> =
-            self.settings.iter().enumerate().map(|(i, setting)| (guess(setting), i)).collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (guess, place) in order {
-            // The scene as written always: the others are set against it.
-            let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
-            if place != 0 && guess > left && !self.is_known(place, 0) {
-                let words = format!("left out: about {guess:.1} s, with {left:.1} s left for it");
-                self.left_out[place] = Some(words);
-                continue;
-            }
-            tell(&self.settings[place].label);
-            self.measure(place);
-        }
-    }
-
-    /// The front and what is near it again and again, one after the other, so that a machine that
-    /// slows down slows all of them.
-    fn repeat(&mut self, deadline: Instant, tell: &mut impl FnMut(&str)) {
-        for repeat in 1..REPEATS {
-            for place in self.near_front() {
-                let last = self.samples[place].iter().map(|sample| sample.cost).fold(0.0, f64::max);
-                let duration = self.settings[place].case.as_ref().map_or(0.0, |c| c.scene.duration_s.0);
-                let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
-                if self.samples[place].len() == repeat
-                    && (last * duration < left || self.is_known(place, repeat))
-                {
-                    tell(&format!("{}, repeat {}", self.settings[place].label, repeat + 1));
-                    self.measure(place);
-                }
-            }
-        }
-    }
-
-    fn window(&self) -> (f64, usize) {
-        self.reference.map_or((0.0, 0), |reference| (reference.quality.window_s, reference.times.len()))
-    }
-
-    fn known(&self, place: usize, number: usize) -> Option<Sample> {
-        let case = self.settings[place].case.as_ref().ok()?;
-        self.store.known(case, "measured", number).filter(|sample: &Sample| sample.window == self.window())
-    }
-
-    fn is_known(&self, place: usize, number: usize) -> bool {
-        self.known(place, number).is_some()
-    }
-
-    fn measure(&mut self, place: usize) {
-        let Ok(case) = &self.settings[place].case else { return };
-        let number = self.samples[place].len();
-        let sample = self.known(place, number).unwrap_or_else(|| {
-            let (run, seconds) = timed(case);
-            let outcome = run.map(|run| Worth::of(case, &run, self.reference));
-            let sample = Sample {
-                window: self.window(),
-                cost: seconds / case.scene.duration_s.0,
-                outcome: outcome.map_err(|failure| failure.to_string()),
-            };
-            self.store.keep(case, "measured", number, &sample);
-            sample
-        });
-        self.samples[place].push(sample);
-    }
-
-    /// Places of the front, and of settings not much dearer than what it offers at their error.
-    fn near_front(&self) -> Vec<usize> {
-        let measured = self.measured();
-        let front = front_of(&measured, self.reference);
-        let floor = self.reference.map_or(0.0, Reference::floor);
-        let worth_it = |(cost, error): (f64, f64)| {
-            let same = front.iter().filter_map(|&i| measured[i].point()).filter(|p| p.1 <= error.max(floor));
-            same.map(|p| p.0).fold(f64::INFINITY, f64::min) * NEAR >= cost
-        };
-        (0..measured.len()).filter(|&i| i == 0 || measured[i].point().is_some_and(worth_it)).collect()
-    }
-
-    fn measured(&self) -> Vec<Measured> {
-        let floor = self.reference;
-        let mut measured: Vec<Measured> = self
-            .settings
-            .iter()
-            .zip(&self.samples)
-            .zip(&self.left_out)
-            .map(|((setting, samples), left_out)| Measured::of(setting, samples, left_out.clone()))
-            .collect();
-        for place in front_of(&measured, floor) {
-            measured[place].on_front = true;
-        }
-        measured
-    }
-}
-
-impl Measured {
-    fn of(setting: &Setting, samples: &[Sample], left_out: Option<String>) -> Measured {
-        let worth = samples.first().and_then(|sample| sample.outcome.as_ref().ok());
-        let failure = samples.first().and_then(|sample| sample.outcome.as_ref().err());
-        let case = setting.case.as_ref();
-        let refused = case.err().map(|problems| {
-            let words = |p: &Problem| format!("{}: found {}; allowed: {}", p.place, p.found, p.allowed);
-            format!("refused: {}", problems.list.iter().map(words).collect::<Vec<_>>().join("; "))
-        });
-        Measured {
-            kind: setting.kind,
-            family: setting.family.to_owned(),
-            label: setting.label.clone(),
-            value: setting.value,
-            changes: setting.changes.clone(),
-            step_s: case.ok().and_then(|case| case.scene.solver.step_s).map(|step| step.0),
-            without: refused.or_else(|| failure.map(|why| format!("failed: {why}"))).or(left_out),
-            cost: Cost::of(samples.iter().filter(|s| s.outcome.is_ok()).map(|s| s.cost).collect()),
-            worth: worth.cloned(),
-            warnings: match (worth, case) {
-                (Some(worth), Ok(case)) => worth.warnings(knot_radius(case)),
-                _ => Vec::new(),
-            },
-            on_front: false,
-        }
     }
 }
 
@@ -454,67 +294,4 @@ fn orders(measured: &[Measured], reference: Option<&Reference>) -> Vec<Order> {
             front::order(family, &points, floor)
         })
         .collect()
-}
-
-/// Work of a run in units that are about alike, for guesses of its time only.
-fn units(case: &Case) -> f64 {
-    use crate::solver::{CableModel, Integrator};
-    let n_steps = case.n_steps() as f64;
-    let n_substeps = n_steps * f64::from(case.pace.substeps);
-    let n_cables = case.net.cables.len() as f64;
-    match case.scene.solver.cables {
-        // A cable and sub-step of the explicit net is about a fiftieth of one of the engine.
-        CableModel::Explicit => {
-            let stages = if case.scene.solver.integrator == Integrator::Rk4 { 5.0 } else { 1.0 };
-            n_cables * (0.02 * stages * n_substeps + 0.1 * n_steps)
-        }
-        _ => n_cables * (0.5 * n_steps + 0.5 * n_substeps),
-    }
-}
-
-/// Distributions after contact, of the settings that make a difference there.
-#[allow(clippy::too_many_arguments)] // what a stage of the study needs, named once
-fn distributions(
-    source: &Source,
-    base: &Case,
-    common: &[String],
-    settings: &[Setting],
-    request: &Request,
-    deadline: Instant,
-    store: &impl Store,
-    tell: &mut impl FnMut(&str),
-) -> Vec<Verdicts> {
-    // The finest: the scene's own method with half the step.
-    let half = base.scene.solver.step_s.map_or(base.pace.step, |step| step.0) / 2.0;
-    let mut finer = source.clone();
-    let changes: Vec<String> = common.iter().cloned().chain([format!("solver.step_s={half:e}")]).collect();
-    let finer = finer.set(&changes).and_then(|()| Case::build(&finer));
-    let chosen = ["joints 2 ms", "joints 1 ms"];
-    let mut cases: Vec<(&str, &Case)> =
-        finer.as_ref().map(|case| ("as written, half the step", case)).into_iter().collect();
-    cases.extend(settings.iter().filter_map(|setting| {
-        let case = setting.case.as_ref().ok()?;
-        let asked = setting.kind != Kind::Method
-            || setting.family == dials::AS_WRITTEN
-            || setting.family == "joints, precision"
-            || setting.family == "joints, flight explicit"
-            || setting.family == "other cables"
-            || chosen.contains(&setting.label.as_str());
-        asked.then_some((setting.label.as_str(), case))
-    }));
-    let ensemble =
-        ensemble::Request { members: verdicts::MAX_MEMBERS, perturb_m: PERTURB, seed: request.seed };
-    let mut round = 0;
-    let members = verdicts::run(&cases, &ensemble, deadline, store, || {
-        round += 1;
-        tell(&format!("ensembles, member {round}"));
-    });
-    let mut verdicts: Vec<Verdicts> =
-        cases.iter().zip(&members).filter_map(|((label, _), members)| Verdicts::of(label, members)).collect();
-    if let Some((finest, others)) = verdicts.split_first_mut() {
-        for other in others {
-            other.agrees = Some(other.overlaps(finest));
-        }
-    }
-    verdicts
 }

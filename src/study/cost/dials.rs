@@ -81,7 +81,6 @@ pub const FAMILIES: [&str; 11] = [
 /// A list of settings that grows.
 struct Dials<'a> {
     source: &'a Source,
-    common: &'a [String],
     list: Vec<Setting>,
 }
 
@@ -95,15 +94,14 @@ impl Dials<'_> {
         changes: &[String],
     ) {
         let mut source = self.source.clone();
-        let all: Vec<String> = self.common.iter().chain(changes).cloned().collect();
-        let case = source.set(&all).and_then(|()| Case::build(&source));
+        let case = source.set(changes).and_then(|()| Case::build(&source));
         self.list.push(Setting { kind, family, label, value, changes: changes.to_vec(), case });
     }
 }
 
-/// Every position of every dial that the scene of `base` has. `common` is set in all of them.
-pub fn settings(source: &Source, base: &Case, common: &[String]) -> Vec<Setting> {
-    let mut dials = Dials { source, common, list: Vec::new() };
+/// Every position of every dial that the scene `source`, built as `base`, has.
+pub fn settings(source: &Source, base: &Case) -> Vec<Setting> {
+    let mut dials = Dials { source, list: Vec::new() };
     dials.add(Kind::Method, AS_WRITTEN, AS_WRITTEN.to_owned(), None, &[]);
     joints(&mut dials, base);
     explicit(&mut dials, base);
@@ -268,8 +266,9 @@ mod tests {
     use super::*;
 
     fn dials(scene: &str) -> Vec<Setting> {
-        let source = Source::find(scene).unwrap();
-        settings(&source, &Case::build(&source).unwrap(), &["expect=null".to_owned()])
+        let mut source = Source::find(scene).unwrap();
+        source.set(&["expect=null".to_owned()]).unwrap();
+        settings(&source, &Case::build(&source).unwrap())
     }
 
     #[test]

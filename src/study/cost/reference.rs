@@ -135,10 +135,10 @@ pub struct Request {
     pub at: Option<f64>,
 }
 
-/// The reference for `base`, a case of `source` with `common` set.
+/// The reference for `base`, the case of `source`.
 ///
 /// Nothing when no two runs reached two frames in time.
-pub fn reference(source: &Source, base: &Case, common: &[String], request: &Request) -> Option<Reference> {
+pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
     let started = Instant::now();
     let quiet = !base.scene.effects.build(&base.net).iter().any(|effect| effect.acts() || effect.pulls());
     let fly = |index: usize| {
@@ -146,10 +146,10 @@ pub fn reference(source: &Source, base: &Case, common: &[String], request: &Requ
         // A fair share of what is left for each run, so that one does not starve the others.
         let allowed = Instant::now() + fair_share(2 * RUNS, request.deadline.duration_since(started));
         if group == 1 {
-            return (group, stepped(source, base, common, Integrator::Symplectic, member, request, allowed));
+            return (group, stepped(source, base, Integrator::Symplectic, member, request, allowed));
         }
         if !quiet {
-            return (group, stepped(source, base, common, Integrator::Rk4, member, request, allowed));
+            return (group, stepped(source, base, Integrator::Rk4, member, request, allowed));
         }
         // The second run starts where the first does; the others are perturbed.
         let tolerance = TOLERANCES[member.min(1)] * base.net.designed_area.sqrt();
@@ -201,7 +201,6 @@ fn fair_share(runs: usize, time: Duration) -> Duration {
 fn stepped(
     source: &Source,
     base: &Case,
-    common: &[String],
     integrator: Integrator,
     member: usize,
     request: &Request,
@@ -216,8 +215,7 @@ fn stepped(
     if step > ROUGH * stable {
         return None;
     }
-    let mut changes = common.to_vec();
-    changes.extend(explicit_changes(integrator, step));
+    let mut changes = explicit_changes(integrator, step);
     changes.extend([format!("duration_s={end}"), "capture.hold_s=0".to_owned()]);
     let mut source = source.clone();
     source.set(&changes).ok()?;

@@ -12,13 +12,24 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::Store;
+use super::dials::{AS_WRITTEN, Kind, Setting};
 use super::errors::Ending;
 use super::timing::timed;
 use crate::case::Case;
+use crate::scene::Source;
 use crate::study::ensemble::{Request, Share, perturbed};
 
+/// Perturbation of an ensemble [m], as that of `run --ensemble`.
+const PERTURB: f64 = 1e-6;
+
+/// Settings of the engine's cables that are run beside the scene's own.
+const COARSE: [&str; 2] = ["joints 2 ms", "joints 1 ms"];
+
+/// Families that may matter after contact.
+const FAMILIES: [&str; 4] = [AS_WRITTEN, "joints, precision", "joints, flight explicit", "other cables"];
+
 /// Most members: more tell no more than a person can use.
-pub const MAX_MEMBERS: usize = 100;
+const MAX_MEMBERS: usize = 100;
 
 /// One member's end, and what it cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,10 +75,54 @@ pub struct Verdicts {
     pub agrees: Option<bool>,
 }
 
+/// The distributions of the settings that may make a difference after contact, as many members of each
+/// as end before `deadline`; the reference ensemble first.
+///
+/// That is the scene's own method with half its step: contact responses differ in what they model, so
+/// none is the truth for the others.
+pub fn distributions(
+    source: &Source,
+    base: &Case,
+    settings: &[Setting],
+    seed: u64,
+    deadline: Instant,
+    store: &impl Store,
+    tell: &mut impl FnMut(&str),
+) -> Vec<Verdicts> {
+    let half = base.scene.solver.step_s.map_or(base.pace.step, |step| step.0) / 2.0;
+    let mut finer = source.clone();
+    let finer = finer.set(&[format!("solver.step_s={half:e}")]).and_then(|()| Case::build(&finer));
+    let finest = finer.as_ref().map(|case| ("as written, half the step", case));
+    let asked = |setting: &&Setting| {
+        setting.kind != Kind::Method
+            || FAMILIES.contains(&setting.family)
+            || COARSE.contains(&setting.label.as_str())
+    };
+    let others = settings.iter().filter(asked);
+    let others = others.filter_map(|setting| Some((setting.label.as_str(), setting.case.as_ref().ok()?)));
+    let cases: Vec<(&str, &Case)> = finest.into_iter().chain(others).collect();
+
+    let request = Request { members: MAX_MEMBERS, perturb_m: PERTURB, seed };
+    let mut round = 0;
+    let members = run(&cases, &request, deadline, store, || {
+        round += 1;
+        tell(&format!("ensembles, member {round}"));
+    });
+    let found = cases.iter().zip(&members);
+    let mut verdicts: Vec<Verdicts> =
+        found.filter_map(|((label, _), members)| Verdicts::of(label, members)).collect();
+    if let Some((finest, others)) = verdicts.split_first_mut() {
+        for other in others {
+            other.agrees = Some(other.overlaps(finest));
+        }
+    }
+    verdicts
+}
+
 /// Runs members of all `cases` in turn, as many of each as end before `deadline`; a list a case.
 ///
 /// At least two of each: one says nothing of a distribution.
-pub fn run(
+fn run(
     cases: &[(&str, &Case)],
     request: &Request,
     deadline: Instant,
