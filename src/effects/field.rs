@@ -4,7 +4,7 @@
 //! the stored energy Φ: nothing for a steady field, but for what the step's error is; for one that
 //! changes, what the change puts in.
 
-use crate::field::{self, Field, Masses};
+use crate::field::{self, Field, Half, Masses};
 use crate::net::Net;
 use crate::state::{Posting, State};
 use crate::target::{Motion, Target};
@@ -56,11 +56,12 @@ impl<F: Field> Effect for Active<F> {
         self.stored
             .get_or_insert_with(|| field::stored_energy(&self.field.at(state.time), state, &self.masses));
         self.middle = state.time + 0.5 * step;
-        field::kick(&self.field.over(state.time, self.middle), state, &self.masses)
+        field::kick(&self.field.over(state.time, self.middle), Half::First, state, &self.masses)
     }
 
     fn close(&mut self, state: &mut State, _step: f64) -> Posting {
-        let posting = field::kick(&self.field.over(self.middle, state.time), state, &self.masses);
+        let posting =
+            field::kick(&self.field.over(self.middle, state.time), Half::Second, state, &self.masses);
         Posting { count: self.masses.knots.len() as u64, ..posting }
     }
 
