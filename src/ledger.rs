@@ -107,7 +107,8 @@ impl Bookkeeper {
             outside_angular_impulse: Vector3::zeros(),
             effect_counts: vec![0; effects.len()],
         };
-        keeper.weigh(state, effects);
+        keeper.weigh(state);
+        keeper.weigh_stored(state, effects);
         keeper.ledger.start = keeper.ledger.mechanical();
         keeper
     }
@@ -129,7 +130,7 @@ impl Bookkeeper {
         times: &mut [Duration],
     ) {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
-        self.weigh(after, effects);
+        self.weigh(after);
 
         let held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
         let mut on_knots = 0.0; // work of contacts and effects on the knots
@@ -156,13 +157,15 @@ impl Bookkeeper {
             on_knots += posting.on_knots;
             self.post(index, &posting);
         }
+        // Last: an effect may settle what it stores in its account.
+        self.weigh_stored(after, effects);
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
         let by_cables = (self.ledger.kinetic_net - kinetic) - on_knots;
         self.ledger.cables -= by_cables + (self.ledger.elastic - elastic);
     }
 
-    fn weigh(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
-        self.weigh_motion(state, effects);
+    fn weigh(&mut self, state: &State) {
+        self.weigh_motion(state);
         let position = &state.knots.position;
         self.ledger.elastic = self
             .cables
@@ -171,8 +174,8 @@ impl Bookkeeper {
             .sum();
     }
 
-    /// Weighs all but the elastic energy: what changes while knots stay where they are.
-    pub fn weigh_motion(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
+    /// Weighs kinetic energies.
+    pub fn weigh_motion(&mut self, state: &State) {
         let speeds = self.net_mass.iter().zip(&state.knots.velocity);
         self.ledger.kinetic_net = speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
         self.ledger.kinetic_target = match (&self.target, &state.target) {
@@ -182,6 +185,10 @@ impl Bookkeeper {
             }
             _ => 0.0,
         };
+    }
+
+    /// Weighs what `effects` store.
+    pub fn weigh_stored(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
         self.ledger.stored = effects.iter().map(|effect| effect.stored_energy(state)).sum();
     }
 

@@ -115,7 +115,7 @@ impl Simulation {
             }
         }
         self.method.take_velocities(&self.state);
-        self.books.weigh_motion(&self.state, &self.effects);
+        self.books.weigh_motion(&self.state);
     }
 
     fn close(&mut self) {
@@ -130,7 +130,8 @@ impl Simulation {
                 self.books.post(index, &posting);
             }
         }
-        self.books.weigh_motion(&self.state, &self.effects);
+        self.books.weigh_motion(&self.state);
+        self.books.weigh_stored(&self.state, &self.effects);
     }
 
     fn apply_effects(&mut self) {
