@@ -38,6 +38,8 @@ pub struct Mechanism {
     impulses: Vec<Vector3<f64>>,
     /// Since it was last taken: what came in through the anchors.
     outside: Outside,
+    /// Energy of the reels as last posted [J].
+    stored_before: f64,
     /// Velocities of the reached knots before the pull [m/s].
     before: Vec<Vector3<f64>>,
 }
@@ -114,6 +116,7 @@ impl Mechanism {
             runs: false,
             impulses: vec![Vector3::zeros(); reached.len()],
             outside: Outside::default(),
+            stored_before: 0.0,
             before: Vec::with_capacity(reached.len()),
             reached,
         }
@@ -214,7 +217,6 @@ impl Mechanism {
         if !self.runs {
             return Posting::default();
         }
-        let stored = self.stored();
         self.settle(after);
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
         let mut posting = Posting { impulse, angular_impulse, ..Posting::default() };
@@ -223,7 +225,9 @@ impl Mechanism {
             posting.on_knots += 0.5 * impulse.dot(&(before.velocity[knot] + after.velocity[knot]));
             posting.count += u64::from(impulse != Vector3::zeros());
         }
-        posting.work = posting.on_knots + self.stored() - stored;
+        // Reels speed up in every sub-step, not only here.
+        let stored = self.stored();
+        posting.work = posting.on_knots + stored - std::mem::replace(&mut self.stored_before, stored);
         posting
     }
 

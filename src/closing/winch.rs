@@ -193,6 +193,9 @@ impl Winch {
 
     /// Kinetic energy of the reels [J].
     pub fn stored(&self) -> f64 {
+        if self.drive.reel_mass == 0.0 {
+            return 0.0; // the speed may be without limit
+        }
         0.5 * self.drive.winches * self.drive.reel_mass * self.speed * self.speed
     }
 }

@@ -46,6 +46,9 @@ pub struct Summary {
     /// How the mouth was closed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closing: Option<ClosingSummary>,
+    /// How the chaser recoiled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chaser: Option<ChaserSummary>,
     /// What the cables bore.
     pub cables: CableSummary,
     /// What was kept.
@@ -116,6 +119,19 @@ pub struct ClosingSummary {
     pub latches: usize,
 }
 
+/// How the chaser recoiled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChaserSummary {
+    /// Velocity just after the shot [m/s].
+    pub recoil_m_s: [f64; 3],
+    /// Angular velocity just after the shot, body frame [rad/s].
+    pub recoil_rad_s: [f64; 3],
+    /// Displacement of its centre of mass at the end [m].
+    pub displacement_m: [f64; 3],
+    /// Angle it has turned through at the end, about one axis [rad].
+    pub turned_rad: f64,
+}
+
 /// What the cables bore.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CableSummary {
@@ -174,6 +190,7 @@ impl Summary {
             capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
             target: target_summary(case, run),
             closing: closing_summary(case, run, curves),
+            chaser: chaser_summary(case, run),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
                 max_strain: extremes.strain,
@@ -264,6 +281,16 @@ fn closing_summary(case: &Case, run: &Run, curves: &Curves) -> Option<ClosingSum
         winch_work_j: report.work,
         lost_j: report.loss,
         latches: report.latches,
+    })
+}
+
+fn chaser_summary(case: &Case, run: &Run) -> Option<ChaserSummary> {
+    let (start, end) = (case.scene.effects.chaser?.recoiled(&case.net).body, run.chaser?.body);
+    Some(ChaserSummary {
+        recoil_m_s: start.velocity.into(),
+        recoil_rad_s: start.spin().into(),
+        displacement_m: (end.position - start.position).into(),
+        turned_rad: end.attitude.angle(),
     })
 }
 
