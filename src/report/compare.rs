@@ -12,6 +12,7 @@ use super::files::{self, WriteError};
 use super::plots::{self, DARK, hex};
 use super::results;
 use super::table::{number, table};
+use super::template::fill;
 use crate::study::compare::{Comparison, Outcome};
 use figures::{Figure, timing};
 
@@ -213,17 +214,7 @@ fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
         ("figures", drawings),
         ("made", made),
     ];
-    // Piece by piece, not by replacing: a title may spell a gap's name.
-    let mut page = String::new();
-    let mut rest = TEMPLATE;
-    while let Some((before, after)) = rest.split_once("{{") {
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        page.push_str(before);
-        page.push_str(parts.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text));
-        rest = after;
-    }
-    page.push_str(rest);
-    page
+    fill(TEMPLATE, &parts.each_ref().map(|(name, text)| (*name, text.as_str())))
 }
 
 /// Style rules that give every colour of a plot its dark counterpart.
@@ -244,6 +235,7 @@ fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::template::gaps;
 
     #[test]
     fn numbers_of_the_table_are_short() {
@@ -253,8 +245,6 @@ mod tests {
 
     #[test]
     fn every_gap_of_the_page_is_known() {
-        let gaps: Vec<&str> =
-            TEMPLATE.split("{{").skip(1).map(|rest| rest.split("}}").next().unwrap()).collect();
-        assert_eq!(gaps, ["title", "dark", "title", "head", "rows", "notes", "figures", "made"]);
+        assert_eq!(gaps(TEMPLATE), ["title", "dark", "title", "head", "rows", "notes", "figures", "made"]);
     }
 }
