@@ -140,6 +140,11 @@ impl Simulation {
         self.effects.iter().find_map(|effect| effect.closing())
     }
 
+    /// From when to when the net was tugged at [s], if it was.
+    pub fn tug(&self) -> Option<[f64; 2]> {
+        self.effects.iter().find_map(|effect| effect.tug())
+    }
+
     /// Names of the active effects, in the order of the list.
     pub fn effect_names(&self) -> Vec<&'static str> {
         self.effects.iter().map(|effect| effect.name()).collect()

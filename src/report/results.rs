@@ -159,12 +159,12 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     for thread in threads {
         pull.iter_mut().zip(&thread.tension_n).for_each(|(most, tension)| *most = most.max(tension / limit));
     }
-    let winch_work = reading(run, "winch_work_j");
+    let winch_work = run.reading("winch_work_j");
     if closing.is_some() {
         shown.push(curve("pull of the threads", "", &pull, true));
         shown.push(curve("winch work", "J", &winch_work, false));
     }
-    let tug = reading(run, "tug_force_n");
+    let tug = run.reading("tug_force_n");
     if !tug.is_empty() {
         shown.push(curve("tug", "N", &tug, false));
     }
@@ -200,18 +200,12 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     })
 }
 
-/// What an effect had to say in every frame under the name `name`; empty where none did.
-fn reading(run: &Run, name: &str) -> Vec<f64> {
-    let Some(column) = run.reading_names.iter().position(|known| known == name) else { return Vec::new() };
-    run.frames.readings.iter().map(|readings| readings[column]).collect()
-}
-
 /// Threads and winches, as the replay shows them.
 fn closing(case: &Case, run: &Run) -> Option<replay::Closing> {
     let (report, parameters) = (run.closing.as_ref()?, case.scene.effects.closing?);
     let thread = |(number, (way, &stop)): (usize, (&Vec<Option<usize>>, &f64))| {
         let [length_m, off_reels_m, tension_n] =
-            THREAD_READINGS.map(|name| reading(run, &format!("thread_{}_{name}", number + 1)));
+            THREAD_READINGS.map(|name| run.reading(&format!("thread_{}_{name}", number + 1)));
         replay::Thread { way: way.clone(), stop_m: stop, length_m, off_reels_m, tension_n }
     };
     Some(replay::Closing {

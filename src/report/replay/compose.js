@@ -14,7 +14,7 @@ const palette = {};
 function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of ["bg", "bg2", "text", "muted", "line", "slack", "taut", "thread", "pulled", "bullet", "body", "edge", "grid", "axis-x", "axis-y", "axis-z",
-    "c0", "c1", "c2", "c3", "c4", "c5", "good", "bad", "accent"]) {
+    "c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7", "c8", "good", "bad", "accent"]) {
     const hex = style.getPropertyValue("--" + name).trim();
     palette[name] = [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16) / 255);
     palette[name].css = hex;

@@ -1,7 +1,7 @@
 // ---------------------------------------------------------------- panel
 
 $("title").textContent = run.title;
-$("source").textContent = run.source || "";
+$("source").textContent = $("source").title = run.source || "";
 if (run.verdict) {
   const { captured, reason } = run.verdict;
   $("verdict").textContent = (captured ? "captured" : "not captured") + (reason ? ": " + reason : "");
@@ -13,7 +13,7 @@ const curves = run.curves.map((curve, index) => {
   const finite = curve.values.filter(Number.isFinite);
   const min = Math.min(0, ...finite), max = Math.max(curve.unit ? 0 : 1, ...finite);
   const largest = Math.max(...finite.map(Math.abs), 1e-12);
-  const colour = "c" + index % 6;
+  const colour = "c" + index % 9;
   const y = value => 1 - (value - min) / (max - min || 1); // 0 at the top
   return { ...curve, y, colour, digits: clamp(2 - Math.floor(Math.log10(curve.unit ? largest : 1)), 0, 4) };
 });

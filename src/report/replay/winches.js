@@ -2,7 +2,7 @@
 
 const threadRows = (closing ? closing.threads : []).map((thread, index) => {
   const row = document.createElement("div");
-  row.className = "row";
+  row.className = "row thread";
   row.innerHTML = `<span class="name"></span><span class="value"></span><div class="share pulled"><div></div></div>`;
   $("numbers").append(row);
   return { row, thread, name: closing.threads.length > 1 ? `thread ${index + 1}` : "thread" };
