@@ -283,7 +283,10 @@ fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
     }
     let mut rows = String::new();
     for row in cells {
-        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        // A long label breaks between its keys.
+        let label = escape(&row[0]).replace('.', ".<wbr>");
+        let cells: String = row[1..].iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let cells = format!("<td>{label}</td>{cells}");
         let _ = writeln!(rows, "<tr>{cells}</tr>");
     }
     format!(
