@@ -121,17 +121,7 @@ impl World {
 
     /// Takes over all velocities of `state`.
     pub fn write_velocities(&mut self, state: &State) {
-        for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
-            self.physics.bodies[handle].set_linvel(engines(velocity), false);
-        }
-        if let (Some(target), Some(body)) = (&self.target, &state.target) {
-            let own = &mut self.physics.bodies[target.body];
-            // One that is held moves as prescribed; its velocity is not free to change.
-            if own.is_dynamic() {
-                own.set_linvel(engines(&body.velocity), false);
-                own.set_angvel(engines(&body.rate), false);
-            }
-        }
+        either!(Engine, &mut self.0, engine => engine.write_velocities(state));
     }
 
     /// Applies the forces of effects over the next step; none where no effect applies any.
@@ -188,21 +178,17 @@ enum Finder {
 }
 
 impl Detector {
-    /// Finds contacts of `net` with `target` whose gap is at most `reach` [m].
-    pub fn new(net: &Net, target: &Target, reach: f64, precision: Precision) -> Detector {
+    /// Finds contacts of `net` with `target`.
+    pub fn new(net: &Net, target: &Target, precision: Precision) -> Detector {
         Detector(match precision {
-            Precision::F64 => {
-                Finder::Double(Box::new(double::engine::detector::Detector::new(net, target, reach)))
-            }
-            Precision::F32 => {
-                Finder::Single(Box::new(single::engine::detector::Detector::new(net, target, reach)))
-            }
+            Precision::F64 => Finder::Double(Box::new(double::engine::detector::Detector::new(net, target))),
+            Precision::F32 => Finder::Single(Box::new(single::engine::detector::Detector::new(net, target))),
         })
     }
 
     /// Contacts at the pose of `state` and `body`, in the order of knots and parts.
-    pub fn detect(&mut self, state: &State, body: &Body, contacts: &mut Vec<Contact>) {
-        either!(Finder, &mut self.0, engine => engine.detect(state, body, contacts));
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        either!(Finder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
     }
 
     /// Number of colliders.
