@@ -123,7 +123,8 @@ fn with_accuracy(scene: &str, changes: &[String], accuracy: Accuracy) -> Result<
     Ok(Case::build(&source)?)
 }
 
-fn default_folder(case: &Case) -> PathBuf {
+/// Where the results go when no folder is named.
+pub(super) fn default_folder(case: &Case) -> PathBuf {
     Path::new("results").join(&case.name)
 }
 

@@ -9,14 +9,18 @@ use std::path::Path;
 use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
-use super::page::{self, Figure};
+use super::page::{self, Figure, escape};
 use super::table::{number, table};
 use super::{plots, results};
 use crate::study::compare::{Comparison, Outcome};
+use crate::study::ensemble::Share;
 use figures::timing;
 
-/// Columns of the table: name, in two lines for a terminal, and unit.
-const COLUMNS: [(&str, &str); 12] = [
+/// A column: name, in two lines for a terminal, and unit.
+type Column = (&'static str, &'static str);
+
+/// Columns of the table.
+const COLUMNS: [Column; 12] = [
     ("variant", ""),
     ("captured", ""),
     ("first\ncontact", "s"),
@@ -29,6 +33,22 @@ const COLUMNS: [(&str, &str); 12] = [
     ("trusted\nuntil", "s"),
     ("wall\ntime", "s"),
     ("over\nbase", "×"),
+];
+
+/// Columns of the table of closing mechanisms.
+const CLOSING_COLUMNS: [Column; 12] = [
+    ("closing\nmechanism", ""),
+    ("captured", "95 %"),
+    ("held\none turn", ""),
+    ("held\nthe tug", ""),
+    ("winches\nstart", "s"),
+    ("time to\nclose", "s"),
+    ("mouth at\nthe end", "%"),
+    ("thread\nleft", "m"),
+    ("largest\ntension", "N"),
+    ("at its\nlimit", "s"),
+    ("winch\nwork", "J"),
+    ("lost at\nthe knots", "J"),
 ];
 
 /// Writes all files of `comparison` to the folder `out`.
@@ -52,24 +72,31 @@ pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
 
 /// The comparison as text.
 pub fn text(comparison: &Comparison) -> String {
-    // Units in one line, below names of one or two.
-    let head = |(name, unit): &(&str, &str)| {
-        format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" })
-    };
-    let heads: Vec<String> = COLUMNS.iter().map(|column| head(column).trim_end().to_owned()).collect();
-    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
-    for row in cells(comparison) {
-        rows.add_row(row.into_iter().enumerate().map(|(column, text)| {
-            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
-            Cell::new(text).set_alignment(alignment)
-        }));
+    let mut text = format!("{}\n{}", comparison.title, text_table(&COLUMNS, cells(comparison)));
+    let closing = closing_cells(comparison);
+    if !closing.is_empty() {
+        text.push_str(&format!("\n{}", text_table(&CLOSING_COLUMNS, closing)));
     }
-    let mut text = format!("{}\n{rows}", comparison.title);
     for note in notes(comparison) {
         text.push('\n');
         text.push_str(&note);
     }
     text
+}
+
+fn text_table(columns: &[Column], cells: Vec<Vec<String>>) -> comfy_table::Table {
+    // Units in one line, below names of one or two.
+    let head =
+        |(name, unit): &Column| format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" });
+    let heads: Vec<String> = columns.iter().map(|column| head(column).trim_end().to_owned()).collect();
+    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    for row in cells {
+        rows.add_row(row.into_iter().enumerate().map(|(column, text)| {
+            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            Cell::new(text).set_alignment(alignment)
+        }));
+    }
+    rows
 }
 
 /// The table's cells, a row a variant.
@@ -85,6 +112,41 @@ fn cells(comparison: &Comparison) -> Vec<Vec<String>> {
         row
     };
     comparison.variants.iter().map(row).collect()
+}
+
+/// The cells of the table of closing mechanisms; none when no variant has one.
+fn closing_cells(comparison: &Comparison) -> Vec<Vec<String>> {
+    let row = |(_, variant, outcome): (usize, &crate::study::compare::Compared, &Outcome)| {
+        let median = |name: &str, factor: f64| {
+            outcome.median(name).map_or_else(|| "–".to_owned(), |value| short(factor * value))
+        };
+        let counted = |share: Option<Share>| {
+            share.map_or_else(|| "–".to_owned(), |share| format!("{} of {}", share.captured, share.of))
+        };
+        let captured = outcome.captured.map_or_else(
+            || "–".to_owned(),
+            |share| {
+                let [low, high] = share.interval_95.map(|bound| 100.0 * bound);
+                format!("{} of {} ({low:.0}–{high:.0})", share.captured, share.of)
+            },
+        );
+        vec![
+            variant.label.clone(),
+            captured,
+            counted(outcome.held_turn),
+            counted(outcome.held_tug),
+            median("closing.triggered_s", 1.0),
+            median("closing.time_to_close_s", 1.0),
+            median("capture.mouth", 100.0),
+            median("closing.length_end_m", 1.0),
+            median("closing.max_tension_n", 1.0),
+            median("closing.time_at_limit_s", 1.0),
+            median("closing.winch_work_j", 1.0),
+            median("closing.lost_j", 1.0),
+        ]
+    };
+    let has_any = comparison.ran().any(|(_, _, outcome)| outcome.median("closing.winch_work_j").is_some());
+    if has_any { comparison.ran().map(row).collect() } else { Vec::new() }
 }
 
 fn outcome_cells(outcome: &Outcome) -> Vec<String> {
@@ -167,29 +229,42 @@ fn notes(comparison: &Comparison) -> Vec<String> {
 
 /// The page: table and figures, everything within one file.
 fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
+    let closing = closing_cells(comparison);
+    let tables = [(&COLUMNS, cells(comparison)), (&CLOSING_COLUMNS, closing)];
+    let tables: String = tables
+        .iter()
+        .filter(|(_, cells)| !cells.is_empty())
+        .map(|(columns, cells)| page_table(*columns, cells))
+        .collect();
+    let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
+    page::fill(&[
+        ("title", escape(&comparison.title)),
+        ("kind", "comparison".to_owned()),
+        ("tables", tables),
+        ("notes", notes),
+        ("figures", page::drawings(drawn)),
+        ("made", page::made(&comparison.provenance, comparison.request.ensemble.seed)),
+    ])
+}
+
+fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
     let mut head = String::new();
-    for (name, unit) in COLUMNS {
+    for (name, unit) in columns {
         let unit = if unit.is_empty() { String::new() } else { format!("<small>{unit}</small>") };
         let name = name.replace("-\n", "\u{ad}").replace('\n', " ");
         let _ = write!(head, "<th>{name} {unit}</th>");
     }
     let mut rows = String::new();
-    for row in cells(comparison) {
-        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", page::escape(cell))).collect();
+    for row in cells {
+        // A long label breaks between its keys.
+        let label = escape(&row[0]).replace('.', ".<wbr>");
+        let cells: String = row[1..].iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let cells = format!("<td>{label}</td>{cells}");
         let _ = writeln!(rows, "<tr>{cells}</tr>");
     }
-    let notes: String =
-        notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
-    page::fill(&[
-        ("title", page::escape(&comparison.title)),
-        ("kind", "comparison".to_owned()),
-        ("lead", String::new()),
-        ("head", head),
-        ("rows", rows),
-        ("notes", notes),
-        ("figures", page::drawings(drawn)),
-        ("made", page::made(&comparison.provenance, comparison.request.ensemble.seed)),
-    ])
+    format!(
+        "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
+    )
 }
 
 #[cfg(test)]

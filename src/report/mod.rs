@@ -8,3 +8,5 @@ pub mod plots;
 pub mod replay;
 pub mod results;
 pub mod table;
+
+mod template;

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::plots::{DARK, Panel, hex};
+use super::template;
 use crate::provenance::Provenance;
 
 const TEMPLATE: &str = include_str!("page.html");
@@ -21,19 +22,10 @@ pub struct Figure {
 
 /// The page whose gaps hold `parts`, each with its name; what is in them is HTML.
 pub fn fill(parts: &[(&str, String)]) -> String {
-    let dark = ("dark", dark());
-    // Piece by piece, not by replacing: a title may spell a gap's name.
-    let mut page = String::new();
-    let mut rest = TEMPLATE;
-    while let Some((before, after)) = rest.split_once("{{") {
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        let known = parts.iter().chain([&dark]).find(|(known, _)| *known == name);
-        page.push_str(before);
-        page.push_str(known.map_or("", |(_, text)| text));
-        rest = after;
-    }
-    page.push_str(rest);
-    page
+    let dark = dark();
+    let parts: Vec<(&str, &str)> =
+        parts.iter().map(|(name, text)| (*name, text.as_str())).chain([("dark", dark.as_str())]).collect();
+    template::fill(TEMPLATE, &parts)
 }
 
 /// Figures with their drawings, one below the other.
@@ -88,11 +80,7 @@ mod tests {
 
     #[test]
     fn every_gap_of_the_page_is_known() {
-        let gaps: Vec<&str> =
-            TEMPLATE.split("{{").skip(1).map(|rest| rest.split("}}").next().unwrap()).collect();
-        assert_eq!(
-            gaps,
-            ["title", "kind", "dark", "title", "lead", "head", "rows", "notes", "figures", "made"]
-        );
+        let expected = ["title", "kind", "dark", "title", "lead", "tables", "notes", "figures", "made"];
+        assert_eq!(template::gaps(TEMPLATE), expected);
     }
 }
