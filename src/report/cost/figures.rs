@@ -99,15 +99,13 @@ fn work_panel(study: &Study, window: usize) -> Panel {
     marks.insert(0, line(front.iter().map(|(at, _)| *at).collect(), INK, 5, false));
     marks.push(line(vec![(x.range[0], floor), (x.range[1], floor)], MUTED, 1, true));
     marks.push(words((x.range[1], 0.75 * floor), "chaos: no error below means anything", MUTED, true));
-    for other in others {
+    for (number, other) in others.iter().enumerate() {
         let at = (other.cost, other.error_m);
         marks.push(Mark::Dot { at, colour: MUTED, shape: Dot::Diamond });
-        marks.push(words((1.1 * at.0, 0.88 * at.1), other.name, MUTED, false));
+        marks.push(words((1.06 * at.0, beside(number) * at.1), other.name, MUTED, false));
     }
-    // Labels above and below the line in turn, so that neighbours stay apart.
     for (number, (at, label)) in front.iter().enumerate() {
-        let above = if number % 2 == 0 { 1.35 } else { 0.74 };
-        marks.push(words((1.06 * at.0, above * at.1), label, INK, false));
+        marks.push(words((1.06 * at.0, beside(number) * at.1), label, INK, false));
     }
     let mut panel = Panel::of_curves(x, y, 520, marks);
     let window = &study.windows()[window];
@@ -118,6 +116,11 @@ fn work_panel(study: &Study, window: usize) -> Panel {
 
 fn words(at: (f64, f64), text: &str, colour: RGBColor, ends: bool) -> Mark {
     Mark::Words { at, text: text.to_owned(), colour, ends }
+}
+
+/// Labels stand above and below their points in turn, so that neighbours stay apart.
+fn beside(number: usize) -> f64 {
+    if number.is_multiple_of(2) { 1.3 } else { 0.77 }
 }
 
 /// Errors over time, with the floor under them.

@@ -20,7 +20,7 @@ use crate::solver::{CableModel, ContactModel, Integrator, JOINTS_STEP, Precision
 const STEPS: [f64; 8] = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5];
 
 /// Steps and sub-steps that are tried: beside one sub-step of the same length.
-const SUBSTEPS: [(f64, u32); 4] = [(2e-3, 4), (1e-3, 2), (1e-3, 4), (1e-3, 8)];
+const SUBSTEPS: [(f64, u32); 5] = [(2e-3, 3), (2e-3, 4), (1e-3, 2), (1e-3, 4), (1e-3, 8)];
 
 /// Fixed numbers of sweeps that are tried.
 const SWEEPS: [u32; 5] = [1, 2, 4, 8, 16];
