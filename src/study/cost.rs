@@ -38,6 +38,7 @@ use crate::failure::Failure;
 use crate::problems::Problems;
 use crate::provenance::Provenance;
 use crate::scene::Source;
+use crate::scene::checks::MAX_RECORDED;
 use advice::Advice;
 use bench::Bench;
 use dials::Kind;
@@ -252,7 +253,10 @@ impl Shares {
 /// The scene as all runs of the study have it: no expectation, frames at times that all steps meet.
 fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
     let duration = written.scene.duration_s.0;
-    let sample = if duration >= 10.0 * SAMPLE { SAMPLE } else { duration };
+    // Fewer frames of a large net: what is recorded has a limit.
+    let least = 2.0 * duration * written.net.n_knots() as f64 / MAX_RECORDED;
+    let sample = SAMPLE * (least / SAMPLE).ceil().max(1.0);
+    let sample = if duration >= 10.0 * sample { sample } else { duration };
     let mut source = source.clone();
     source.set(&["expect=null".to_owned(), format!("output.sample_s={sample}")])?;
     Ok(source)

@@ -78,7 +78,7 @@ pub struct Quality {
     pub floor_m: Vec<f64>,
     /// The same of any knot [m].
     pub floor_knots_m: Vec<f64>,
-    /// Largest distance of a bullet between the means of the two integrators [m].
+    /// Largest distance of a bullet between the means of the two integrators [m]; the floor where there is one.
     pub means_apart_m: Vec<f64>,
     /// Pairs of single runs.
     pub pairs: Vec<Pair>,
@@ -183,15 +183,16 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
     for group in &mut groups {
         group.retain(|member| 2 * member.knots.len() > longest);
     }
-    // An integrator that the scene refuses leaves the other one.
-    if groups[0].is_empty() {
-        groups.swap(0, 1);
-    }
-    let methods = if quiet {
+    let mut methods = if quiet {
         ["Dormand-Prince 5(4), switches located".to_owned(), "symplectic".to_owned()]
     } else {
         ["Runge-Kutta 4".to_owned(), "symplectic".to_owned()]
     };
+    // An integrator that the scene refuses, or that was too slow, leaves the other one.
+    if groups[0].is_empty() {
+        groups.swap(0, 1);
+        methods.swap(0, 1);
+    }
     Reference::of(base, groups, methods, request)
 }
 
@@ -278,9 +279,13 @@ impl Reference {
                 .collect()
         };
         let (floor, floor_knots) = (spread(&bullets), spread(&all));
-        let other = if groups[1].is_empty() { knots.clone() } else { mean(&groups[1], frames) };
-        let means_apart: Vec<f64> =
-            (0..frames).map(|frame| largest(&knots[frame], &other[frame], &bullets)).collect();
+        // Without a second integrator there is nothing but its own spread to trust the first one by.
+        let means_apart: Vec<f64> = if groups[1].is_empty() {
+            floor.clone()
+        } else {
+            let other = mean(&groups[1], frames);
+            (0..frames).map(|frame| largest(&knots[frame], &other[frame], &bullets)).collect()
+        };
         let horizon = until(&means_apart);
 
         let unperturbed: Vec<&Member> = groups[0].iter().take(2).chain(groups[1].first()).collect();
