@@ -46,6 +46,7 @@ impl Simulation {
             restitution: case.scene.solver.restitution,
             friction: None,
             contact_by_engine: case.scene.solver.contact == ContactModel::Rapier,
+            precision: case.scene.solver.precision,
         };
         for effect in &effects {
             effect.install(&mut plan);

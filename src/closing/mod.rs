@@ -52,6 +52,9 @@ pub struct Line {
     full_length: f64,
     /// Largest tension since it was last read [N].
     tension: f64,
+    /// By how much it is longer than what is off its reels, at the start of the step or at its end if
+    /// nothing pulled it [m].
+    beyond: f64,
 }
 
 /// What came from outside of the net.
@@ -85,11 +88,16 @@ impl Line {
     /// winches is the route's.
     pub fn new(route: &Route, drive: Drive, friction: f64) -> Line {
         let drive = Drive { winches: f64::from(route.winches), ..drive };
+        let n_tethers = route.nodes.iter().filter(|node| **node == Node::Anchor).count();
+        let n_in_net = route.nodes.len() - 1 - n_tethers;
+        // What is left when winding ends is shared out: the tube between two knots takes its room.
+        let floor = drive.stop_share * route.full_length / n_in_net.max(1) as f64;
         Line {
-            thread: Thread::new(route.nodes.clone(), route.ends, friction),
+            thread: Thread::new(route.nodes.clone(), route.ends, friction).in_tube(floor),
             winch: Winch::new(drive, route.full_length),
             full_length: route.full_length,
             tension: 0.0,
+            beyond: 0.0,
         }
     }
 }
@@ -154,14 +162,21 @@ impl Mechanism {
         let inverse_mass = &self.inverse_mass;
         for line in &mut self.lines {
             line.thread.begin(knots, inverse_mass);
+            let length = line.thread.length(knots).max(line.thread.length_after(knots, step));
+            line.beyond = length - line.winch.length();
         }
         if let Some(lock) = &mut self.lock {
             lock.begin(knots, inverse_mass);
         }
         for _ in 0..SWEEPS {
             let mut changed = false;
-            for Line { thread, winch, .. } in &mut self.lines {
-                changed |= thread.pull(knots, inverse_mass, step, &winch.ask(step));
+            for Line { thread, winch, beyond, .. } in &mut self.lines {
+                changed |= thread.pull(
+                    knots,
+                    inverse_mass,
+                    step,
+                    &winch.ask(step, *beyond, thread.inverse_mass_of_ends(inverse_mass)),
+                );
             }
             if let Some(lock) = &mut self.lock {
                 changed |= lock.pull(knots, inverse_mass, step);
@@ -263,6 +278,7 @@ impl Mechanism {
                 tension: sum.tension.max(tally.tension),
                 time_at_limit: sum.time_at_limit + tally.time_at_limit,
                 excess: sum.excess.max(tally.excess / full_length),
+                drag: sum.drag.max(tally.drag / full_length),
             },
         )
     }

@@ -109,8 +109,11 @@ pub struct Report {
     pub work: f64,
     /// What of it did not reach the knots [J].
     pub loss: f64,
-    /// Largest length of a thread beyond what was off its reels, over its full length [-].
+    /// Largest length of a thread beyond what was off its reels, over its full length, below its
+    /// largest tension [-].
     pub excess: f64,
+    /// The same at its largest tension [-].
+    pub drag: f64,
     /// Latched pairs of knots.
     pub latches: usize,
     /// The knots of each thread in order; `None`: the chaser.
@@ -192,6 +195,7 @@ impl Effect for Active {
             work: tally.work,
             loss: tally.work - self.passed_on,
             excess: tally.excess,
+            drag: tally.drag,
             latches: self.mechanism.n_latches(),
             ways: self.mechanism.ways().collect(),
         })

@@ -99,5 +99,5 @@ fn watch(case: &Case, plan: &Plan) -> Option<Watch> {
             Response::Penalty(Penalty::new(&case.net, &case.scene.solver.penalty, plan.friction))
         }
     };
-    Some(Watch::new(&case.net, target, case.reach(), response))
+    Some(Watch::new(&case.net, target, case.reach(), response, case.scene.solver.precision))
 }

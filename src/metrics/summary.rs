@@ -102,8 +102,11 @@ pub struct ClosingSummary {
     pub length_start_m: f64,
     /// Thread off the reels at the end [m].
     pub length_end_m: f64,
-    /// Largest length of a thread beyond what was off its reels, over its full length [-].
+    /// Largest length of a thread beyond what was off its reels while its tension was below the
+    /// limit, over its full length: an error of the method [-].
     pub max_excess: f64,
+    /// The same at the tension limit: knots that pulled harder dragged the thread out [-].
+    pub max_drag: f64,
     /// Largest tension of a thread [N].
     pub max_tension_n: f64,
     /// Time at the tension limit [s].
@@ -272,6 +275,7 @@ fn closing_summary(case: &Case, run: &Run, curves: &Curves) -> Option<ClosingSum
         length_start_m: report.length_start,
         length_end_m: report.length_end,
         max_excess: report.excess,
+        max_drag: report.drag,
         max_tension_n: report.tension,
         time_at_limit_s: report.time_at_limit,
         winch_work_j: report.work,
