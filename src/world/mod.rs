@@ -121,17 +121,7 @@ impl World {
 
     /// Takes over all velocities of `state`.
     pub fn write_velocities(&mut self, state: &State) {
-        for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
-            self.physics.bodies[handle].set_linvel(engines(velocity), false);
-        }
-        if let (Some(target), Some(body)) = (&self.target, &state.target) {
-            let own = &mut self.physics.bodies[target.body];
-            // One that is held moves as prescribed; its velocity is not free to change.
-            if own.is_dynamic() {
-                own.set_linvel(engines(&body.velocity), false);
-                own.set_angvel(engines(&body.rate), false);
-            }
-        }
+        either!(Engine, &mut self.0, engine => engine.write_velocities(state));
     }
 
     /// Applies the forces of effects over the next step; none where no effect applies any.
