@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 use crate::cables::explicit::{self, SAFE};
 use crate::contact::penalty::Penalty;
 use crate::net::{self, Net};
+use crate::plan::Plan;
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::scene::schema::Scene;
@@ -96,6 +97,19 @@ impl Case {
     /// Number of steps of the run.
     pub fn n_steps(&self) -> u64 {
         (self.scene.duration_s.0 / self.pace.step).round().max(1.0) as u64
+    }
+
+    /// What its solver asks for; effects may add to it.
+    pub fn plan(&self) -> Plan {
+        let solver = &self.scene.solver;
+        Plan {
+            step: self.pace.step,
+            substeps: self.pace.substeps,
+            restitution: solver.restitution,
+            friction: None,
+            contact_by_engine: solver.contact == ContactModel::Rapier,
+            precision: solver.precision,
+        }
     }
 
     /// A sub-step at which an explicit net is stable [s].

@@ -80,11 +80,21 @@ pub struct Run {
     pub chaser: Option<FreeBody>,
     /// What the closing mechanism did, where there is one.
     pub closing: Option<Report>,
+    /// From when to when the net was tugged at [s], if it was.
+    pub tug: Option<[f64; 2]>,
     /// Wall time of the simulation, without building and metrics.
     pub wall: Duration,
 }
 
 impl Run {
+    /// What an effect had to say in every frame under `name`; empty where none did.
+    pub fn reading(&self, name: &str) -> Vec<f64> {
+        let Some(column) = self.reading_names.iter().position(|known| known == name) else {
+            return Vec::new();
+        };
+        self.frames.readings.iter().map(|readings| readings[column]).collect()
+    }
+
     /// Runs `case` to its end; `progress` hears of every frame, with the share done.
     ///
     /// # Errors
@@ -114,6 +124,7 @@ impl Run {
             census: simulation.census(),
             reading_names: simulation.reading_names(),
             closing: simulation.closing(),
+            tug: simulation.tug(),
             effects: names.into_iter().zip(simulation.books.effect_counts.iter().copied()).collect(),
             chaser: simulation.state.chaser,
             work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },

@@ -10,8 +10,6 @@ use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Bookkeeper;
 use crate::method::{Method, Pull};
-use crate::plan::Plan;
-use crate::solver::ContactModel;
 use crate::state::{Body, Knots, State};
 use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
@@ -40,14 +38,7 @@ impl Simulation {
     /// Builds what `case` calls for, and nothing else.
     pub fn new(case: &Case) -> Simulation {
         let effects = case.scene.effects.build(&case.net, case.target.as_ref());
-        let mut plan = Plan {
-            step: case.pace.step,
-            substeps: case.pace.substeps,
-            restitution: case.scene.solver.restitution,
-            friction: None,
-            contact_by_engine: case.scene.solver.contact == ContactModel::Rapier,
-            precision: case.scene.solver.precision,
-        };
+        let mut plan = case.plan();
         for effect in &effects {
             effect.install(&mut plan);
         }
@@ -190,6 +181,11 @@ impl Simulation {
     /// What the closing mechanism did, if there is one.
     pub fn closing(&self) -> Option<Report> {
         self.effects.iter().find_map(|effect| effect.closing())
+    }
+
+    /// From when to when the net was tugged at [s], if it was.
+    pub fn tug(&self) -> Option<[f64; 2]> {
+        self.effects.iter().find_map(|effect| effect.tug())
     }
 
     /// Names of the active effects, in the order of the list.

@@ -110,6 +110,26 @@ fn every_scene_of_the_source_is_there() {
     }
 }
 
+/// Every case of Section 5.4.2 with every layout, and its twin without closing: nothing else differs.
+#[test]
+fn every_closing_scene_has_its_siblings_and_its_twin() {
+    let cases = ["cubesat-spin-x-2.0", "cubesat-spin-z-2.0", "stage-spin-x-1.1", "stage-spin-z-1.1"];
+    for twin in cases.into_iter().chain(["envisat-spin-x-0.5"]) {
+        let bare = Case::load(twin, &[]).unwrap_or_else(|problems| panic!("{problems}")).scene;
+        assert!(bare.effects.closing.is_none(), "{twin}");
+        for layout in ["tube", "interlaced", "free", "cinch"] {
+            let case = Case::load(&format!("{twin}-{layout}"), &[]);
+            let mut scene = case.unwrap_or_else(|problems| panic!("{problems}")).scene;
+            let closing = scene.effects.closing.take().expect("it has a closing mechanism");
+            assert_eq!(serde_json::to_value(closing.layout).unwrap(), layout);
+            scene.title.clone_from(&bare.title);
+            scene.source.clone_from(&bare.source);
+            scene.expect.clone_from(&bare.expect);
+            assert_eq!(scene, bare, "{twin}-{layout}");
+        }
+    }
+}
+
 /// Every scene once, as a user would run it: what it expects, and what any run must keep.
 #[test]
 fn every_scene_does_what_it_expects_and_keeps_what_must_be_kept() {

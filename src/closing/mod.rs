@@ -77,8 +77,10 @@ impl Outside {
 /// A thread as it is now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// Length [m].
+    /// Length in the net [m].
     pub length: f64,
+    /// What is off its reels [m].
+    pub off_reels: f64,
     /// Largest tension since the reading before [N].
     pub tension: f64,
 }
@@ -235,6 +237,7 @@ impl Mechanism {
     pub fn read(&mut self, knots: &Knots) -> impl Iterator<Item = Reading> {
         self.lines.iter_mut().map(|line| Reading {
             length: line.thread.length(knots),
+            off_reels: line.winch.length(),
             tension: std::mem::take(&mut line.tension),
         })
     }

@@ -3,7 +3,8 @@
 //! Two levels of detection (Section 4.5.1). While the box of the net and the box of the target are
 //! apart nothing is detected. Then the engine finds every knot within `reach` of a part; each
 //! becomes a plane fixed to the target, which sub-steps carry along as the target moves and turns.
-//! Detection is repeated before any knot can have come half the reach nearer.
+//! Detection is repeated before any knot can have come half the reach nearer, and sees as far
+//! as the fastest knot may come within a step.
 //!
 //! A plane stands for the surface near the knot: past an edge it goes on by at most half the reach,
 //! and on a curved part of radius R the knot floats by up to reach² / (8 R).
@@ -93,7 +94,7 @@ impl Watch {
     pub fn new(net: &Net, target: &Target, reach: f64, response: Response, precision: Precision) -> Watch {
         let free = target.motion == Motion::Free;
         Watch {
-            detector: Detector::new(net, target, reach, precision),
+            detector: Detector::new(net, target, precision),
             response,
             mobility: TargetMobility {
                 inverse_mass: if free { 1.0 / target.mass } else { 0.0 },
@@ -115,22 +116,25 @@ impl Watch {
         for plane in &mut self.planes {
             plane.record = empty_record(plane.knot, plane.part);
         }
-        if state.knots.apart_from(body, self.bounding_radius + self.reach) {
+        let speed_squared = |v: &Vector3<f64>| (v - body.velocity).norm_squared();
+        let fastest = state.knots.velocity.iter().map(speed_squared).fold(0.0, f64::max).sqrt();
+        let nearer = step * (fastest + body.rate.norm() * self.bounding_radius);
+        // A snap within the step may double a knot's speed; half the reach is left for that. A knot
+        // so fast that it comes past half the reach in one step would be in the target unseen.
+        let reach = self.reach.max(2.0 * nearer);
+        if state.knots.apart_from(body, self.bounding_radius + reach) {
             self.planes.clear();
             self.nearer = f64::INFINITY;
             return;
         }
-        // A snap within the step may double a knot's speed; half the reach is left for that.
-        let speed = |v: &Vector3<f64>| (v - body.velocity).norm();
-        let fastest = state.knots.velocity.iter().map(speed).fold(0.0, f64::max);
-        self.nearer += step * (fastest + body.rate.norm() * self.bounding_radius);
+        self.nearer += nearer;
         if self.nearer > 0.5 * self.reach {
-            self.detect(state, body);
+            self.detect(state, body, reach);
         }
     }
 
-    fn detect(&mut self, state: &State, body: &Body) {
-        self.detector.detect(state, body, &mut self.found);
+    fn detect(&mut self, state: &State, body: &Body, reach: f64) {
+        self.detector.detect(state, body, reach, &mut self.found);
         self.nearer = 0.0;
         self.n_detections += 1;
         self.planes.clear();

@@ -113,6 +113,11 @@ pub trait Effect: Send {
     fn closing(&self) -> Option<closing::Report> {
         None
     }
+
+    /// From when to when it tugs at the net [s], once it has started.
+    fn tug(&self) -> Option<[f64; 2]> {
+        None
+    }
 }
 
 /// Declares the list of effects: the scene's `effects` object, and how each is built.

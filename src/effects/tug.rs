@@ -5,8 +5,7 @@
 //! tension at `force_n`; with it, it reels in at that speed, at a tension of `force_n` at most,
 //! and slack while the net comes along by itself.
 //!
-//! The verdict is that of `capture`, whose `hold_s` should cover the tug. Retention over a whole
-//! turn of the target needs no tug: a `duration_s` and a `hold_s` that cover the turn.
+//! Whether the target stays enclosed while it pulls is told by `retention.tug` of the summary.
 //!
 //! The pull comes from outside: its impulse, its moment about the origin and its work are posted.
 
@@ -115,6 +114,10 @@ impl Effect for Active {
 
     fn account(&mut self, before: &State, after: &State) -> Posting {
         self.mechanism.account(&before.knots, &after.knots)
+    }
+
+    fn tug(&self) -> Option<[f64; 2]> {
+        self.started.map(|start| [start, start + self.parameters.time_s.0])
     }
 
     fn reading_names(&self) -> Vec<String> {

@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::capture::{Capture, Curves};
 use super::conservation::Conservation;
 use super::deployment::Deployment;
+use super::retention::Retention;
 use crate::case::Case;
 use crate::provenance::Provenance;
 use crate::read;
@@ -49,6 +50,9 @@ pub struct Summary {
     /// How the chaser recoiled.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chaser: Option<ChaserSummary>,
+    /// Whether the capture held when put to the test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retention: Option<Retention>,
     /// What the cables bore.
     pub cables: CableSummary,
     /// What was kept.
@@ -191,6 +195,7 @@ impl Summary {
             target: target_summary(case, run),
             closing: closing_summary(case, run, curves),
             chaser: chaser_summary(case, run),
+            retention: Retention::of(case, run, curves),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
                 max_strain: extremes.strain,

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unnecessary_cast, reason = "one of the two builds has our own width")]
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::rapier::math::{Matrix, Pose, Real, Rotation, Vector};
+use super::rapier::math::{Pose, Real, Rotation, Vector};
 
 /// Our number from the engine's.
 pub fn number(x: Real) -> f64 {
@@ -31,22 +31,18 @@ pub fn our_rotation(q: &Rotation) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::new(number(q.w), number(q.x), number(q.y), number(q.z)))
 }
 
+/// The engine's rotation from ours.
+pub fn engines_rotation(rotation: &UnitQuaternion<f64>) -> Rotation {
+    let q = rotation.quaternion();
+    Rotation::from_xyzw(real(q.i), real(q.j), real(q.k), real(q.w))
+}
+
 /// The engine's pose from ours.
 pub fn engines_pose(pose: &Isometry3<f64>) -> Pose {
-    let q = pose.rotation.quaternion();
-    let rotation = Rotation::from_xyzw(real(q.i), real(q.j), real(q.k), real(q.w));
-    Pose::from_parts(engines(&pose.translation.vector), rotation)
+    Pose::from_parts(engines(&pose.translation.vector), engines_rotation(&pose.rotation))
 }
 
 /// The engine's pose from a position and a rotation of ours.
 pub fn engines_pose_of(position: &Vector3<f64>, rotation: &UnitQuaternion<f64>) -> Pose {
     engines_pose(&Isometry3::from_parts(Translation3::from(*position), *rotation))
-}
-
-/// The engine's matrix from ours.
-pub fn engines_matrix(m: &Matrix3<f64>) -> Matrix {
-    // Both are stored column by column.
-    let mut columns = [0.0; 9];
-    columns.iter_mut().zip(m).for_each(|(theirs, ours)| *theirs = real(*ours));
-    Matrix::from_cols_array(&columns)
 }

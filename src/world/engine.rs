@@ -18,9 +18,10 @@ use super::rapier;
 use crate::net::Net;
 use crate::state::{Body, Contact, Knots, Loads, State};
 use crate::target::Target;
+use crate::target::mass::principal_axes;
 use crate::target::spec::Motion;
 use crate::world::{Census, Setup};
-use convert::{engines, engines_matrix, engines_pose, engines_pose_of, number, our_rotation, ours, real};
+use convert::{engines, engines_pose, engines_pose_of, engines_rotation, number, our_rotation, ours, real};
 use rapier::prelude::{
     Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group, ImpulseJointHandle,
     InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes, MassProperties,
@@ -126,6 +127,20 @@ impl World {
         own.set_position(engines_pose_of(&body.position, &body.attitude), false);
         own.set_linvel(engines(&body.velocity), false);
         own.set_angvel(engines(&body.rate), false);
+    }
+
+    pub fn write_velocities(&mut self, state: &State) {
+        for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
+            self.physics.bodies[handle].set_linvel(engines(velocity), false);
+        }
+        if let (Some(target), Some(body)) = (&self.target, &state.target) {
+            let own = &mut self.physics.bodies[target.body];
+            // One that is held moves as prescribed; its velocity is not free to change.
+            if own.is_dynamic() {
+                own.set_linvel(engines(&body.velocity), false);
+                own.set_angvel(engines(&body.rate), false);
+            }
+        }
     }
 
     pub fn write(&mut self, state: &State) {
@@ -296,16 +311,18 @@ fn insert_target(
         Motion::Spinning => RigidBodyType::KinematicVelocityBased,
     };
     let spin = if target.motion == Motion::Fixed { Vector3::zeros() } else { target.attitude * target.spin };
+    let (moments, axes) = principal_axes(&target.inertia);
     let body = physics.bodies.insert(
         RigidBodyBuilder::new(kind)
             .pose(engines_pose_of(&target.position, &target.attitude))
             .angvel(engines(&spin))
             // Without the gyroscopic term a body tumbling about its middle axis never flips.
             .gyroscopic_forces_enabled(true)
-            .additional_mass_properties(MassProperties::with_inertia_matrix(
+            .additional_mass_properties(MassProperties::with_principal_inertia_frame(
                 Vector::ZERO,
                 real(target.mass),
-                engines_matrix(&target.inertia),
+                engines(&moments),
+                engines_rotation(&axes),
             ))
             .can_sleep(false),
     );

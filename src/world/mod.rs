@@ -178,21 +178,17 @@ enum Finder {
 }
 
 impl Detector {
-    /// Finds contacts of `net` with `target` whose gap is at most `reach` [m].
-    pub fn new(net: &Net, target: &Target, reach: f64, precision: Precision) -> Detector {
+    /// Finds contacts of `net` with `target`.
+    pub fn new(net: &Net, target: &Target, precision: Precision) -> Detector {
         Detector(match precision {
-            Precision::F64 => {
-                Finder::Double(Box::new(double::engine::detector::Detector::new(net, target, reach)))
-            }
-            Precision::F32 => {
-                Finder::Single(Box::new(single::engine::detector::Detector::new(net, target, reach)))
-            }
+            Precision::F64 => Finder::Double(Box::new(double::engine::detector::Detector::new(net, target))),
+            Precision::F32 => Finder::Single(Box::new(single::engine::detector::Detector::new(net, target))),
         })
     }
 
     /// Contacts at the pose of `state` and `body`, in the order of knots and parts.
-    pub fn detect(&mut self, state: &State, body: &Body, contacts: &mut Vec<Contact>) {
-        either!(Finder, &mut self.0, engine => engine.detect(state, body, contacts));
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        either!(Finder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
     }
 
     /// Number of colliders.
