@@ -153,20 +153,6 @@ impl World {
         }
     }
 
-    pub fn write_velocities(&mut self, state: &State) {
-        for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
-            self.physics.bodies[handle].set_linvel(engines(velocity), false);
-        }
-        if let (Some(target), Some(body)) = (&self.target, &state.target) {
-            let own = &mut self.physics.bodies[target.body];
-            // One that is held moves as prescribed; its velocity is not free to change.
-            if own.is_dynamic() {
-                own.set_linvel(engines(&body.velocity), false);
-                own.set_angvel(engines(&body.rate), false);
-            }
-        }
-    }
-
     pub fn apply(&mut self, loads: &Loads) {
         if loads.on_knots.is_empty() {
             return;
