@@ -119,6 +119,12 @@ impl Hull {
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
         self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
     }
+
+    /// How far `point` is inside of the nearest plane: inside, the distance to the surface; negative
+    /// outside [m].
+    pub fn depth(&self, point: &Vector3<f64>) -> f64 {
+        self.planes.iter().map(|plane| plane.offset - plane.normal.dot(point)).fold(f64::MAX, f64::min)
+    }
 }
 
 /// Vector area of a closed polygon in space [m^2]: its direction is the normal of a flat polygon
