@@ -6,6 +6,7 @@ mod list;
 mod members;
 mod run;
 mod show;
+mod stress;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,8 @@ enum Command {
     Run(run::Arguments),
     /// Runs one scene in several variants and sets them side by side.
     Compare(compare::Arguments),
+    /// Runs the catalogue of hard cases: what must hold, and what does.
+    Stress(stress::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -79,6 +82,7 @@ pub fn main() -> ExitCode {
         None => run::default_scene(),
         Some(Command::Run(arguments)) => run::main(&arguments),
         Some(Command::Compare(arguments)) => compare::main(&arguments),
+        Some(Command::Stress(arguments)) => stress::main(&arguments),
         Some(Command::Check(arguments)) => check::main(&arguments),
         Some(Command::List) => list::main(),
         Some(Command::Show(arguments)) => show::main(&arguments),

@@ -5,4 +5,5 @@ pub mod files;
 pub mod plots;
 pub mod replay;
 pub mod results;
+pub mod stress;
 pub mod table;
