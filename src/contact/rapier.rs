@@ -11,11 +11,13 @@ use nalgebra::Vector3;
 use crate::state::{Contact, State};
 use crate::world::World;
 
-/// After the world moved from `before` to `state`: what happened at each contact.
+/// After the world moved from `before` to `state`: what happened at each contact, added to what
+/// happened before within the step.
 pub fn observe(world: &World, before: &State, state: &mut State) {
     let mut contacts = std::mem::take(&mut state.contacts);
+    let n_before = contacts.len();
     world.contacts(&mut contacts);
-    for contact in &mut contacts {
+    for contact in &mut contacts[n_before..] {
         weigh(contact, before, state);
     }
     state.contacts = contacts;

@@ -85,6 +85,7 @@ impl Detector {
             &(),
             &(),
         );
+        contacts.clear();
         read_contacts(&self.narrow_phase, &self.colliders, contacts);
     }
 

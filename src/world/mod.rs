@@ -9,6 +9,7 @@
 
 mod convert;
 pub mod detector;
+pub mod parts;
 pub mod settings;
 pub mod sweeps;
 
@@ -207,10 +208,11 @@ impl World {
         state.knots.apart_from(body, target.bounding_radius + target.reach)
     }
 
-    /// One step of the engine from `state`, with `sweeps` sweeps over all rows in each sub-step;
-    /// knots and target are then read back.
-    pub fn advance(&mut self, state: &mut State, sweeps: u32) {
+    /// One step of the engine of `step` seconds from `state`, with `sweeps` sweeps over all rows in each
+    /// sub-step; knots and target are then read back.
+    pub fn advance(&mut self, state: &mut State, step: f64, sweeps: u32) {
         self.watch(state);
+        self.physics.integration_parameters.dt = step;
         self.physics.integration_parameters.num_internal_pgs_iterations = sweeps as usize;
         self.physics.step();
         if self.forces_act {
@@ -249,7 +251,7 @@ impl World {
         });
     }
 
-    /// The contacts of the last step, in the order of knots and parts.
+    /// Adds the contacts of the last step, in the order of knots and parts.
     pub fn contacts(&self, contacts: &mut Vec<Contact>) {
         read_contacts(&self.physics.narrow_phase, &self.physics.colliders, contacts);
     }
@@ -274,9 +276,9 @@ impl World {
     }
 }
 
-/// The contacts that `narrow_phase` holds, in the order of knots and parts.
+/// Adds the contacts that `narrow_phase` holds, in the order of knots and parts.
 fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: &mut Vec<Contact>) {
-    contacts.clear();
+    let n_before = contacts.len();
     for pair in narrow_phase.contact_pairs() {
         let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
         else {
@@ -307,7 +309,7 @@ fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: 
             }
         }
     }
-    contacts.sort_by_key(|contact| (contact.knot, contact.part));
+    contacts[n_before..].sort_by_key(|contact| (contact.knot, contact.part));
 }
 
 /// The target as one rigid body with a collider a part, and a collider for every knot.
