@@ -120,8 +120,8 @@ impl Hull {
         self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
     }
 
-    /// How far `point` is inside of the nearest plane: inside, the distance to the surface; negative
-    /// outside [m].
+    /// Distance of `point` from the nearest plane [m]: from the surface, while it is inside; negative
+    /// outside.
     pub fn depth(&self, point: &Vector3<f64>) -> f64 {
         self.planes.iter().map(|plane| plane.offset - plane.normal.dot(point)).fold(f64::MAX, f64::min)
     }

@@ -6,7 +6,7 @@ use super::Pull;
 use super::explicit::ExplicitMethod;
 use crate::cables::joints::Joints;
 use crate::case::Case;
-use crate::contact::rapier;
+use crate::contact::rapier::Rapier;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Failure};
 use crate::plan::Plan;
@@ -23,6 +23,8 @@ pub struct JointsMethod {
     pub sweeps: Sweeps,
     world: World,
     cables: Joints,
+    /// The engine's answer to contacts, or one of ours; neither without a target.
+    rapier: Option<Rapier>,
     watch: Option<Watch>,
     /// The explicit net that flies until the boxes meet.
     flight: Option<ExplicitMethod>,
@@ -47,6 +49,7 @@ impl JointsMethod {
         JointsMethod {
             sweeps: Sweeps::new(case.scene.solver.sweeps, case.scene.solver.sweeps_max),
             cables: Joints::install(&case.net, case.scene.solver.snap_passes, &mut world),
+            rapier: engine_contact(case, plan),
             watch: super::watch(case, plan),
             flight: (case.scene.solver.flight == Flight::Explicit).then(|| ExplicitMethod::flight(case)),
             inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
@@ -144,13 +147,15 @@ impl JointsMethod {
             self.check_world(state)?;
             clock.lap(&mut work.stages.world);
 
-            if self.watch.is_none() {
+            if let Some(rapier) = &self.rapier {
                 let n_before = state.contacts.len();
                 let start = if part == 0 { before } else { &self.starts[1] };
-                rapier::observe(&self.world, start, state);
+                rapier.observe(&mut self.world, start, state, step);
                 put_in += state.contacts[n_before..].iter().map(|contact| contact.work_on_knot).sum::<f64>();
                 failure::check(state, "contact")?;
                 clock.lap(&mut work.stages.contact);
+            }
+            if self.watch.is_none() {
                 self.cables.observe(state);
                 clock.lap(&mut work.stages.cables);
             }
@@ -210,6 +215,12 @@ impl JointsMethod {
         census.colliders += self.watch.as_ref().map_or(0, Watch::n_colliders);
         census
     }
+}
+
+/// The engine's answer to contacts, where the case asks for it.
+fn engine_contact(case: &Case, plan: &Plan) -> Option<Rapier> {
+    let target = case.target.as_ref().filter(|_| plan.contact_by_engine)?;
+    Some(Rapier::new(&case.net, target, plan.restitution))
 }
 
 /// Parts as short as the sub-steps of an explicit net. A response of our own acts once a step, so a

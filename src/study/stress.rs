@@ -166,7 +166,7 @@ fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
         pair: pair.to_owned(),
         verdict: Verdict::Holds,
         notes: Vec::new(),
-        bounds: hard.bounds,
+        bounds: hard.bounds.under(pair),
         measured: None,
         halved: None,
         at_limit: None,

@@ -192,9 +192,6 @@ impl Primitive {
     }
 
     /// How deep `point` is inside: the distance to the surface, negative outside [m].
-    ///
-    /// Outside of a hull it is the distance to the farthest of its planes that the point is beyond,
-    /// hence near an edge nearer than the surface is.
     pub fn depth(&self, point: &Vector3<f64>) -> f64 {
         let off_axis = point.x.hypot(point.z);
         // Of what lies along several axes at once: the least inside, the distance of the corner outside.
@@ -213,7 +210,11 @@ impl Primitive {
                 radius - off_axis.hypot((point.y.abs() - half_length).max(0.0))
             }
             Primitive::Ball { radius } => radius - point.norm(),
-            Primitive::Convex { hull, .. } => hull.depth(point),
+            Primitive::Convex { hull, shape } => {
+                let depth = hull.depth(point);
+                // Near an edge the surface is farther than the planes that meet there.
+                if depth >= 0.0 { depth } else { -shape.distance_to_local_point(to_parry(point), true) }
+            }
         }
     }
 

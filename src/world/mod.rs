@@ -25,7 +25,7 @@ use crate::net::Net;
 use crate::state::{Body, Contact, Knots, Loads, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
-use convert::{engines, engines_matrix, engines_pose, engines_pose_of, our_rotation, ours};
+use convert::{engines, engines_mass, engines_pose, engines_pose_of, our_rotation, ours};
 
 /// How the world is set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,8 +34,6 @@ pub struct Setup {
     pub step: f64,
     /// Sub-steps of the engine within a step.
     pub substeps: u32,
-    /// Coefficient of restitution of contacts [-].
-    pub restitution: f64,
     /// Coefficient of friction of contacts [-].
     pub friction: f64,
     /// Whether the engine finds and answers contacts.
@@ -299,7 +297,6 @@ fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: 
                 contacts.push(Contact {
                     knot: knot.user_data as usize,
                     part: part.user_data as usize,
-                    point: ours(first.position() * point.local_p1),
                     normal: ours(normal),
                     gap: point.dist,
                     impulse: point.data.impulse,
@@ -333,11 +330,7 @@ fn insert_target(
             .angvel(engines(&spin))
             // Without the gyroscopic term a body tumbling about its middle axis never flips.
             .gyroscopic_forces_enabled(true)
-            .additional_mass_properties(MassProperties::with_inertia_matrix(
-                Vector::ZERO,
-                target.mass,
-                engines_matrix(&target.inertia),
-            ))
+            .additional_mass_properties(engines_mass(target.mass, &target.inertia))
             .can_sleep(false),
     );
     let (parts, touching) = match setup.has_contacts {
@@ -370,7 +363,8 @@ fn contact_collider(
 ) -> Collider {
     builder
         .density(0.0)
-        .restitution(setup.restitution)
+        // Restitution is ours: see `contact::rapier`.
+        .restitution(0.0)
         .friction(setup.friction)
         .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
         .user_data(index as u128)

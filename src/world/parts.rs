@@ -9,8 +9,10 @@
 //! those of an explicit net, where an implicit row is nearly exact; the number then falls by an
 //! eighth a step.
 
-/// Energy that cables may make within a step, over the largest that the net has had.
-const TOLERANCE: f64 = 1e-5;
+/// Energy that cables may make within a step, over the largest that the net has had. Sweeps answer to
+/// less (see [`super::sweeps`]). With 1e-5 instead the free Cubesat takes 13 600 parts, not 8 000, for
+/// 6 000 steps, and the catalogue of hard cases gains nothing.
+const TOLERANCE: f64 = 1e-4;
 
 /// The number of parts, between 1 and its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]

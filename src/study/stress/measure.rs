@@ -48,6 +48,14 @@ impl Numbers {
         strain: Some(1.0005),
     };
 
+    /// The bounds under `pair`: a penalty force is an overlap, so with it no more is asked than that
+    /// the centre of no knot comes inside.
+    pub fn under(self, pair: &str) -> Numbers {
+        let overlap =
+            self.overlap.map(|bound| if pair.ends_with("penalty") { bound.max(1.0) } else { bound });
+        Numbers { overlap, ..self }
+    }
+
     /// Names and values, in the order of the table.
     pub fn each(&self) -> [(&'static str, Option<f64>); 6] {
         [
