@@ -23,6 +23,7 @@
 //! cores, `cargo test`'s profile).
 
 use nalgebra::Vector3;
+use parry3d::query::PointQuery;
 
 /// Steps of the lattice along the longest side of the box of the points. With 2^40 the height
 /// above stays below 2^123.
@@ -120,10 +121,23 @@ impl Hull {
         self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
     }
 
-    /// Distance of `point` from the nearest plane [m]: from the surface, while it is inside; negative
-    /// outside.
+    /// How deep `point` is inside: the distance to the surface, negative outside [m].
     pub fn depth(&self, point: &Vector3<f64>) -> f64 {
-        self.planes.iter().map(|plane| plane.offset - plane.normal.dot(point)).fold(f64::MAX, f64::min)
+        let inside =
+            self.planes.iter().map(|plane| plane.offset - plane.normal.dot(point)).fold(f64::MAX, f64::min);
+        if inside >= 0.0 {
+            return inside;
+        }
+        // Near an edge the surface is farther than the planes that meet there.
+        let corner = |i: u32| {
+            let vertex = &self.vertices[i as usize];
+            parry3d::math::Vector::new(vertex.x, vertex.y, vertex.z)
+        };
+        let distance = |&[a, b, c]: &[u32; 3]| {
+            let triangle = parry3d::shape::Triangle::new(corner(a), corner(b), corner(c));
+            triangle.distance_to_local_point(parry3d::math::Vector::new(point.x, point.y, point.z), true)
+        };
+        -self.triangles.iter().map(distance).fold(f64::MAX, f64::min)
     }
 }
 

@@ -32,6 +32,8 @@ pub struct Rapier {
     restitution: f64,
     inverse_mass: Vec<f64>,
     radius: Vec<f64>,
+    /// Contacts of the step; kept for its memory.
+    found: Vec<Contact>,
 }
 
 impl Rapier {
@@ -43,27 +45,27 @@ impl Rapier {
             restitution,
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             radius: net.radius.clone(),
+            found: Vec::new(),
         }
     }
 
     /// After the world moved from `before` to `state` in `step` seconds: what happened at each contact,
     /// added to what happened before within the step, and what the engine left undone.
-    pub fn observe(&self, world: &mut World, before: &State, state: &mut State, step: f64) {
-        let mut contacts = std::mem::take(&mut state.contacts);
-        let n_before = contacts.len();
-        world.contacts(&mut contacts);
-        let new = &mut contacts[n_before..];
-        for contact in &mut *new {
+    pub fn observe(&mut self, world: &mut World, before: &State, state: &mut State, step: f64) {
+        let mut found = std::mem::take(&mut self.found);
+        world.contacts(&mut found);
+        for contact in &mut found {
             contact.point = before.knots.position[contact.knot];
         }
-        self.settle_spin(world, before, state, new, step);
+        self.settle_spin(world, before, state, &found, step);
         if self.restitution > 0.0 {
-            self.bounce(world, before, state, new);
+            self.bounce(world, before, state, &mut found);
         }
-        for contact in new {
+        for contact in &mut found {
             weigh(contact, before, state);
         }
-        state.contacts = contacts;
+        state.contacts.extend_from_slice(&found);
+        self.found = found;
     }
 
     /// Gives a free target the angular momentum that impulses and loads left it.

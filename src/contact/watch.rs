@@ -14,9 +14,10 @@ use super::impulse::Impulse;
 use super::penalty::Penalty;
 use super::{Mobility, Row};
 use crate::net::Net;
+use crate::solver::Precision;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
-use crate::world::detector::Detector;
+use crate::world::Detector;
 
 /// A response of our own.
 pub enum Response {
@@ -70,9 +71,11 @@ pub trait Movable {
 
 impl Watch {
     /// Watches `target` for the knots of `net` from the distance `reach` [m].
-    pub fn new(net: &Net, target: &Target, reach: f64, response: Response) -> Watch {
+    ///
+    /// `precision` is that of the engine, which finds contacts and no more.
+    pub fn new(net: &Net, target: &Target, reach: f64, response: Response, precision: Precision) -> Watch {
         Watch {
-            detector: Detector::new(net, target, reach),
+            detector: Detector::new(net, target, reach, precision),
             response,
             mobility: Mobility::of(target),
             reach,

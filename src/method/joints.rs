@@ -111,6 +111,14 @@ impl JointsMethod {
         Ok(())
     }
 
+    /// Takes over velocities that effects changed since the last step.
+    pub fn take_velocities(&mut self, state: &State) {
+        // Until the boxes meet the explicit net flies, and the engine takes over what it has flown to.
+        if self.flight.is_none() {
+            self.world.write_velocities(state);
+        }
+    }
+
     /// The step in as many parts as are asked for; the energy of the net at its end, without the work
     /// of contacts and effects within it [J].
     fn in_parts(
@@ -147,7 +155,7 @@ impl JointsMethod {
             self.check_world(state)?;
             clock.lap(&mut work.stages.world);
 
-            if let Some(rapier) = &self.rapier {
+            if let Some(rapier) = &mut self.rapier {
                 let n_before = state.contacts.len();
                 let start = if part == 0 { before } else { &self.starts[1] };
                 rapier.observe(&mut self.world, start, state, step);

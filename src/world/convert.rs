@@ -1,28 +1,42 @@
-//! Between our vectors (nalgebra) and the engine's (glam).
+//! Between our numbers and vectors (64 bits, nalgebra) and the engine's (its build's width, glam).
+
+#![allow(clippy::unnecessary_cast, reason = "one of the two builds has our own width")]
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
-use rapier3d::math::{Pose, Rotation, Vector};
-use rapier3d::prelude::MassProperties;
+
+use super::rapier::math::{Pose, Real, Rotation, Vector};
+use super::rapier::prelude::MassProperties;
+
+/// Our number from the engine's.
+pub fn number(x: Real) -> f64 {
+    x as f64
+}
+
+/// The engine's number from ours.
+pub fn real(x: f64) -> Real {
+    x as Real
+}
 
 /// Ours from the engine's.
 pub fn ours(v: Vector) -> Vector3<f64> {
-    Vector3::new(v.x, v.y, v.z)
+    Vector3::new(number(v.x), number(v.y), number(v.z))
 }
 
 /// The engine's from ours.
 pub fn engines(v: &Vector3<f64>) -> Vector {
-    Vector::new(v.x, v.y, v.z)
+    Vector::new(real(v.x), real(v.y), real(v.z))
 }
 
 /// Our rotation from the engine's.
 pub fn our_rotation(q: &Rotation) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z))
+    UnitQuaternion::new_unchecked(Quaternion::new(number(q.w), number(q.x), number(q.y), number(q.z)))
 }
 
 /// The engine's pose from ours.
 pub fn engines_pose(pose: &Isometry3<f64>) -> Pose {
     let q = pose.rotation.quaternion();
-    Pose::from_parts(engines(&pose.translation.vector), Rotation::from_xyzw(q.i, q.j, q.k, q.w))
+    let rotation = Rotation::from_xyzw(real(q.i), real(q.j), real(q.k), real(q.w));
+    Pose::from_parts(engines(&pose.translation.vector), rotation)
 }
 
 /// The engine's pose from a position and a rotation of ours.
@@ -45,9 +59,9 @@ pub fn engines_mass(mass: f64, inertia: &Matrix3<f64>) -> MassProperties {
     let q = frame.quaternion();
     MassProperties::with_principal_inertia_frame(
         Vector::ZERO,
-        mass,
+        real(mass),
         engines(&eigen.eigenvalues),
-        Rotation::from_xyzw(q.i, q.j, q.k, q.w),
+        Rotation::from_xyzw(real(q.i), real(q.j), real(q.k), real(q.w)),
     )
 }
 
@@ -64,8 +78,9 @@ mod tests {
             let plain = Matrix3::from_diagonal(&moments.into());
             for inertia in [plain, turned * plain * turned.inverse()] {
                 let found = engines_mass(3.0, &inertia).reconstruct_inertia_matrix();
-                let found = Matrix3::from_column_slice(&found.to_cols_array());
-                assert!((found - inertia).amax() < 1e-12, "{moments:?}: {found}");
+                let found = Matrix3::from_column_slice(&found.to_cols_array().map(number));
+                let rounding = 10.0 * number(Real::EPSILON);
+                assert!((found - inertia).amax() < rounding, "{moments:?}: {found}");
             }
         }
     }

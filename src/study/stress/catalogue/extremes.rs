@@ -1,24 +1,28 @@
 //! The ends of the range: scales, steps that are too large, size.
 
 use nalgebra::Vector3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{net, small_capture, with, with_target};
 use crate::study::stress::hard::{Hard, Theme};
+use crate::study::stress::measure::Numbers;
 
 /// The cases.
 pub fn cases() -> Vec<Hard> {
     [scales().to_vec(), large_steps().to_vec(), vec![ten_thousand_knots()]].concat()
 }
 
-fn scales() -> [Hard; 3] {
+/// Numbers of 32 bits have seven digits: they promise as much, and no more.
+fn in_f32(numbers: &mut Numbers) {
+    numbers.energy = Some(1e-2);
+    numbers.momentum = Some(1e-4);
+    numbers.angular_momentum = Some(1e-2);
+}
+
+fn scales() -> [Hard; 5] {
     let tiny = with(
         net(6, 0.002, 1e-5, 0.2, 0.2),
         json!({ "net": { "cable": { "diameter_m": 5e-5 }, "fold": { "ratio": 0.3 } } }),
-    );
-    let huge = with(
-        net(10, 30.0, 50.0, 20.0, 12.0),
-        json!({ "net": { "cable": { "material": "kevlar", "diameter_m": 0.005 }, "fold": { "ratio": 0.5 } } }),
     );
     [
         Hard::new(
@@ -27,17 +31,21 @@ fn scales() -> [Hard; 3] {
             "meshes of 2 mm around a cube of 1 cm: everything is below usual tolerances",
             with_target(tiny, json!({ "cuboid": [0.01, 0.01, 0.01] }), 0.012, json!({ "mass_kg": 0.001 })),
         ),
+        Hard::new(Theme::Scale, "300-m-net", "a net of 300 m around a target of 50 m", huge_capture()),
         Hard::new(
             Theme::Scale,
-            "300-m-net",
-            "a net of 300 m around a target of 50 m",
-            with_target(
-                huge,
-                json!({ "cuboid": [50.0, 50.0, 50.0] }),
-                80.0,
-                json!({ "mass_kg": 5e5, "offset_m": [3.0, 5.0] }),
-            ),
-        ),
+            "f32",
+            "numbers of 32 bits keep seven digits, a net meets its target within tenths of a millimetre",
+            with(small_capture(), json!({ "solver": { "precision": "f32" } })),
+        )
+        .bounded(in_f32),
+        Hard::new(
+            Theme::Scale,
+            "f32-300-m-net",
+            "the same where a millimetre is the seventh digit",
+            with(huge_capture(), json!({ "solver": { "precision": "f32" } })),
+        )
+        .bounded(in_f32),
         Hard::new(
             Theme::Scale,
             "10-km-away",
@@ -52,6 +60,16 @@ fn scales() -> [Hard; 3] {
             }
         }),
     ]
+}
+
+/// A net of 300 m meets a cube of 50 m after some 3 s.
+fn huge_capture() -> Value {
+    let huge = with(
+        net(10, 30.0, 50.0, 20.0, 8.0),
+        json!({ "net": { "cable": { "material": "kevlar", "diameter_m": 0.005 }, "fold": { "ratio": 0.5 } } }),
+    );
+    let cube = json!({ "cuboid": [50.0, 50.0, 50.0] });
+    with_target(huge, cube, 60.0, json!({ "mass_kg": 5e5, "offset_m": [3.0, 5.0] }))
 }
 
 fn large_steps() -> [Hard; 4] {
