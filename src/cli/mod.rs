@@ -7,6 +7,7 @@ mod list;
 mod members;
 mod run;
 mod show;
+mod stress;
 
 use std::process::ExitCode;
 
@@ -33,6 +34,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Measures what accuracy costs in time: every dial, on one scene.
     Cost(cost::Arguments),
+    /// Runs the catalogue of hard cases: what must hold, and what does.
+    Stress(stress::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -92,6 +95,7 @@ pub fn main() -> ExitCode {
         Some(Command::Run(arguments)) => run::main(&arguments),
         Some(Command::Compare(arguments)) => compare::main(&arguments),
         Some(Command::Cost(arguments)) => cost::main(&arguments),
+        Some(Command::Stress(arguments)) => stress::main(&arguments),
         Some(Command::Check(arguments)) => check::main(&arguments),
         Some(Command::List) => list::main(),
         Some(Command::Show(arguments)) => show::main(&arguments),
