@@ -2,8 +2,10 @@
 
 mod check;
 mod compare;
+mod interrupt;
 mod list;
 mod members;
+mod reading;
 mod run;
 mod show;
 
@@ -75,6 +77,7 @@ impl Error {
 /// Runs the command of the command line.
 pub fn main() -> ExitCode {
     let program = Program::parse();
+    interrupt::listen();
     let done = match program.command {
         None => run::default_scene(),
         Some(Command::Run(arguments)) => run::main(&arguments),

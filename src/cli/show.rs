@@ -5,6 +5,7 @@ use tumblenet::case::Case;
 use tumblenet::report::table::{number, table};
 use tumblenet::simulation::Simulation;
 
+use super::reading::Reading;
 use super::{Error, json, print};
 
 /// Arguments of `show`.
@@ -15,11 +16,13 @@ pub struct Arguments {
     /// Changes a value first, as `run` does.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     changes: Vec<String>,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Prints scene, net, target, effects and what the engine gets.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let case = Case::load(&arguments.scene, &arguments.changes)?;
+    let case = Case::load_within(&arguments.scene, &arguments.changes, arguments.reading.limits()?)?;
     let simulation = Simulation::new(&case);
     let census = simulation.census();
     let mut facts = table(&["a run consists of", ""]);
