@@ -6,6 +6,7 @@ use sha2::{Digest, Sha256};
 
 use crate::cables::explicit::{self, SAFE};
 use crate::contact::penalty::Penalty;
+use crate::limits::Limits;
 use crate::net::{self, Net};
 use crate::plan::Plan;
 use crate::problems::Problems;
@@ -14,6 +15,7 @@ use crate::scene::schema::Scene;
 use crate::scene::{Source, checks};
 use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
 use crate::target::Target;
+use crate::target::files::Files;
 
 /// A checked scene and what it is made of.
 #[derive(Clone)]
@@ -48,7 +50,15 @@ impl Case {
     /// # Errors
     /// Every fault at once.
     pub fn load(scene: &str, changes: &[String]) -> Result<Case, Problems> {
-        let mut source = Source::find(scene)?;
+        Case::load_within(scene, changes, Limits::default())
+    }
+
+    /// The same, with other limits.
+    ///
+    /// # Errors
+    /// Every fault at once.
+    pub fn load_within(scene: &str, changes: &[String], limits: Limits) -> Result<Case, Problems> {
+        let mut source = Source::find_within(scene, limits)?;
         source.set(changes)?;
         Case::build(&source)
     }
@@ -60,13 +70,15 @@ impl Case {
     pub fn build(source: &Source) -> Result<Case, Problems> {
         let mut problems = Problems::new(&source.input);
         let case = source.scene(&mut problems).and_then(|mut scene| {
-            checks::check_scene(&scene, &mut problems);
-            scene.effects.load(source.folder.as_deref(), &mut problems);
-            let net = Net::build(&scene.net, &scene.launch, &mut problems);
-            let target = scene
-                .target
-                .as_ref()
-                .map(|spec| Target::build(spec, source.folder.as_deref(), "target", &mut problems));
+            let limits = &source.limits;
+            checks::check_scene(&scene, limits, &mut problems);
+            let files = Files::of(source.folder.as_deref(), limits);
+            scene.effects.load(&files, &mut problems);
+            let net = checks::check_knots(&scene.net, limits, &mut problems)
+                .then(|| Net::build(&scene.net, &scene.launch, &mut problems))
+                .flatten();
+            let target =
+                scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", &mut problems));
             let net = net?;
             let target = match target {
                 Some(None) => return None,
@@ -74,7 +86,7 @@ impl Case {
                 None => None,
             };
             let pace = pace(&scene, &net, target.as_ref());
-            checks::check_built(&scene, &net, target.as_ref(), pace.step, &mut problems);
+            checks::check_built(&scene, &net, target.as_ref(), pace, limits, &mut problems);
             scene.solver.step_s = Some(Positive(match scene.solver.cables {
                 CableModel::Joints => pace.step,
                 CableModel::Explicit => pace.step / f64::from(pace.substeps),
@@ -153,7 +165,7 @@ fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
             // one at twice the speed after a snap.
             let found = 0.5 * reach(scene, net, target) / fastest(scene, target).max(f64::MIN_POSITIVE);
             let step = JOINTS_STEP.min(sample).min(thin).min(found).max(substep);
-            Pace { step, substeps: (step / substep).ceil().clamp(1.0, 1e6) as u32 }
+            Pace { step, substeps: (step / substep).ceil().max(1.0) as u32 }
         }
     }
 }

@@ -3,8 +3,10 @@
 mod check;
 mod compare;
 mod cost;
+mod interrupt;
 mod list;
 mod members;
+mod reading;
 mod run;
 mod show;
 mod stress;
@@ -90,6 +92,7 @@ impl Error {
 /// Runs the command of the command line.
 pub fn main() -> ExitCode {
     let program = Program::parse();
+    interrupt::listen();
     let done = match program.command {
         None => run::default_scene(),
         Some(Command::Run(arguments)) => run::main(&arguments),

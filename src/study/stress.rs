@@ -20,6 +20,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
+use crate::limits::Limits;
 use crate::provenance::Provenance;
 use crate::scene::Source;
 use crate::solver;
@@ -257,6 +258,7 @@ impl Hard {
             input: self.name.into(),
             folder: None,
             json: self.scene.clone(),
+            limits: Limits::default(),
         };
         let (cables, contact) = pair.split_once('+').unwrap_or((pair, ""));
         let mut all = vec![format!("solver.cables={cables}"), format!("solver.contact={contact}")];

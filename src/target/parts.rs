@@ -4,16 +4,17 @@
 //! its pose takes that frame to the frame of the shape or, in a finished target, of the body.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use parry3d::mass_properties::MassProperties;
 use parry3d::math::Vector as ParryVector;
 use parry3d::shape::SharedShape;
 
+use super::files::Files;
 use super::moments::Moments;
 use super::{import, spec};
 use crate::geometry::Hull;
+use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::read::join;
 
@@ -293,11 +294,11 @@ impl ConvexPart {
 }
 
 impl Solid {
-    /// Makes a part as written, found at `place`, into a solid. `folder` is that of the file the
-    /// part stands in, if it stands in one.
+    /// Makes a part as written, found at `place`, into a solid. `files` are those that its
+    /// file may name.
     pub fn from_spec(
         part: &spec::Part,
-        folder: Option<&Path>,
+        files: &Files<'_>,
         place: &str,
         problems: &mut Problems,
     ) -> Option<Solid> {
@@ -310,10 +311,15 @@ impl Solid {
         let place = join(place, form);
         let (primitives, moments) = match &part.mesh {
             Some(mesh) => {
-                let mesh = import::load(mesh, folder, &place, problems)?;
+                let mesh = import::load(mesh, files, &place, problems)?;
                 (mesh.pieces, mesh.moments)
             }
             None => {
+                let n_points = part.convex.as_ref().map_or(0, |convex| convex.points_m.len());
+                if files.limits.exceeded(Limit::Points, n_points as f64) {
+                    problems.add(place, format!("{n_points} points"), files.limits.allowed(Limit::Points));
+                    return None;
+                }
                 let Some(primitive) = primitive(part) else {
                     problems.add(
                         place,
