@@ -32,7 +32,7 @@ use crate::target::motion::RigidMotion;
 use crate::target::{Motion, Target};
 
 /// Deviations beyond so many standard deviations are not drawn.
-const CUT: f64 = 3.0;
+pub const CUT: f64 = 3.0;
 
 /// Parameters of the chaser.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -2,7 +2,9 @@
 
 use super::schema::Scene;
 use crate::case::{self, Pace};
+use crate::closing::layouts::Layout;
 use crate::closing::trigger::Trigger;
+use crate::effects::chaser;
 use crate::effects::friction::Law;
 use crate::limits::{Limit, Limits};
 use crate::metrics::summary::Summary;
@@ -50,6 +52,7 @@ pub fn check_scene(scene: &Scene, limits: &Limits, problems: &mut Problems) {
             );
         }
     }
+    check_frame(scene, problems);
     if scene.effects.tug.is_some_and(|tug| tug.direction == [0.0; 3]) {
         problems.add("effects.tug.direction", "[0, 0, 0]", "a direction of any length but 0");
     }
@@ -84,6 +87,34 @@ pub fn check_knots(net: &spec::Net, limits: &Limits, problems: &mut Problems) ->
         problems.add("net.meshes", found, allowed);
     }
     !too_many
+}
+
+/// Checks what says where the local frame is, and who shoots.
+fn check_frame(scene: &Scene, problems: &mut Problems) {
+    let effects = &scene.effects;
+    if effects.orbit.is_some() && effects.cabin.is_some() {
+        problems.add(
+            "effects.cabin",
+            "a cabin and an orbit",
+            "one of them: the local frame is fixed either in a cabin or on an orbit",
+        );
+    }
+    let Some(chaser) = &effects.chaser else { return };
+    let slowest = scene.launch.speed_m_s - chaser::CUT * chaser.speed_sigma_m_s;
+    if slowest < 0.0 {
+        problems.add(
+            "effects.chaser.speed_sigma_m_s",
+            format!("{} at launch.speed_m_s {}", chaser.speed_sigma_m_s, scene.launch.speed_m_s),
+            format!("at most 1/{} of the speed: deviations go that far", chaser::CUT),
+        );
+    }
+    if effects.closing.is_some_and(|closing| closing.layout == Layout::Cinch) {
+        problems.add(
+            "effects.closing.layout",
+            "\"cinch\", a tether to the chaser, with effects.chaser",
+            "another layout, or no effects.chaser: its body does not feel the tether yet",
+        );
+    }
 }
 
 /// Checks that the parts of the method go together.
