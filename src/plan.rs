@@ -1,6 +1,7 @@
 //! What solver and effects ask for before anything is built.
 
 use crate::contact::friction::Law;
+use crate::solver::Precision;
 use crate::world::Setup;
 
 /// What solver and effects ask for.
@@ -16,6 +17,8 @@ pub struct Plan {
     pub friction: Option<Law>,
     /// Whether the engine answers contacts.
     pub contact_by_engine: bool,
+    /// Width of the engine's numbers.
+    pub precision: Precision,
 }
 
 impl Plan {
@@ -28,6 +31,7 @@ impl Plan {
             restitution: self.restitution,
             friction: self.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY)),
             has_contacts: self.contact_by_engine,
+            precision: self.precision,
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Ledger;
 use crate::simulation::Simulation;
-use crate::state::{Body, State};
+use crate::state::{Body, FreeBody, State};
 use crate::work::Work;
 use crate::world::Census;
 
@@ -24,9 +24,9 @@ pub struct Frames {
     pub target: Vec<Body>,
     /// The energy ledger, T.
     pub ledger: Vec<Ledger>,
-    /// Linear momentum of net and free target [kg m/s], T.
+    /// Linear momentum of net, free target and chaser [kg m/s], T.
     pub momentum: Vec<Vector3<f64>>,
-    /// Angular momentum of net and free target about the origin [kg m^2/s], T.
+    /// Angular momentum of the same about the origin [kg m^2/s], T.
     pub angular_momentum: Vec<Vector3<f64>>,
     /// Largest cable tension since the frame before [N], T.
     pub tension: Vec<f64>,
@@ -76,6 +76,8 @@ pub struct Run {
     pub effects: Vec<(&'static str, u64)>,
     /// Names of what the effects have to say in every frame.
     pub reading_names: Vec<String>,
+    /// The chaser at the end, where there is one.
+    pub chaser: Option<FreeBody>,
     /// What the closing mechanism did, where there is one.
     pub closing: Option<Report>,
     /// From when to when the net was tugged at [s], if it was.
@@ -124,7 +126,8 @@ impl Run {
             closing: simulation.closing(),
             tug: simulation.tug(),
             effects: names.into_iter().zip(simulation.books.effect_counts.iter().copied()).collect(),
-            work: simulation.work,
+            chaser: simulation.state.chaser,
+            work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },
             wall: started.elapsed(),
         })
     }

@@ -15,10 +15,11 @@ use super::impulse::Impulse;
 use super::penalty::Penalty;
 use super::{Mobility, Row};
 use crate::net::Net;
+use crate::solver::Precision;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
-use crate::world::detector::Detector;
+use crate::world::Detector;
 
 /// A response of our own.
 pub enum Response {
@@ -88,10 +89,12 @@ pub trait Movable {
 
 impl Watch {
     /// Watches `target` for the knots of `net` from the distance `reach` [m].
-    pub fn new(net: &Net, target: &Target, reach: f64, response: Response) -> Watch {
+    ///
+    /// `precision` is that of the engine, which finds contacts and no more.
+    pub fn new(net: &Net, target: &Target, reach: f64, response: Response, precision: Precision) -> Watch {
         let free = target.motion == Motion::Free;
         Watch {
-            detector: Detector::new(net, target),
+            detector: Detector::new(net, target, precision),
             response,
             mobility: TargetMobility {
                 inverse_mass: if free { 1.0 / target.mass } else { 0.0 },

@@ -14,7 +14,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Effect;
+use super::{Effect, Parameters};
 use crate::closing::layouts::Layout;
 use crate::closing::lock::Lock;
 use crate::closing::trigger::{Trigger, Watch};
@@ -23,6 +23,7 @@ use crate::closing::{Line, Mechanism};
 use crate::net::Net;
 use crate::quantity::Positive;
 use crate::state::{Knots, Posting, State};
+use crate::target::Target;
 
 /// What is read of each thread in every frame, in this order: columns `thread_1_length_m` and so on.
 pub const THREAD_READINGS: [&str; 3] = ["length_m", "off_reels_m", "tension_n"];
@@ -66,9 +67,10 @@ impl Closing {
     fn default_stop_share() -> f64 {
         0.15
     }
+}
 
-    /// The effect.
-    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
+impl Parameters for Closing {
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
         let drive = Drive {
             winches: 1.0, // each route says its own
             speed: self.reel_speed_m_s.0,
@@ -111,8 +113,11 @@ pub struct Report {
     pub work: f64,
     /// What of it did not reach the knots [J].
     pub loss: f64,
-    /// Largest length of a thread beyond what was off its reels, over its full length [-].
+    /// Largest length of a thread beyond what was off its reels, over its full length, below its
+    /// largest tension [-].
     pub excess: f64,
+    /// The same at its largest tension [-].
+    pub drag: f64,
     /// Latched pairs of knots.
     pub latches: usize,
     /// The knots of each thread in order; `None`: the chaser.
@@ -198,6 +203,7 @@ impl Effect for Active {
             work: tally.work,
             loss: tally.work - self.passed_on,
             excess: tally.excess,
+            drag: tally.drag,
             latches: self.mechanism.n_latches(),
             ways: self.mechanism.ways().collect(),
             stops: self.stops.clone(),

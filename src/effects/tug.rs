@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Effect;
+use super::{Effect, Parameters};
 use crate::closing::layouts::{Route, centre};
 use crate::closing::thread::{Ends, Node};
 use crate::closing::trigger::{Trigger, Watch};
@@ -22,6 +22,7 @@ use crate::closing::{Line, Mechanism};
 use crate::net::Net;
 use crate::quantity::Positive;
 use crate::state::{Knots, Posting, State};
+use crate::target::Target;
 
 /// Distance of the winch over the side of the net, at least.
 const FAR: f64 = 100.0;
@@ -43,9 +44,8 @@ pub struct Tug {
     pub speed_m_s: Option<Positive>,
 }
 
-impl Tug {
-    /// The effect.
-    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
+impl Parameters for Tug {
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
         let centre = centre(net);
         let route = Route {
             nodes: vec![Node::Anchor, Node::Knot(centre)],

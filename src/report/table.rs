@@ -60,6 +60,11 @@ pub fn summary(summary: &Summary) -> String {
             }
         }
     }
+    if let Some(chaser) = &summary.chaser {
+        rows.head("chaser");
+        rows.text("recoil", &vector(&chaser.recoil_m_s.map(|v| 1e3 * v)), "mm/s");
+        rows.text("spin by the shot (body)", &vector(&chaser.recoil_rad_s.map(|w| 1e3 * w)), "mrad/s");
+    }
     let cables = &summary.cables;
     rows.head("cables");
     rows.number("largest tension", cables.max_tension_n, "N");
@@ -73,6 +78,10 @@ pub fn summary(summary: &Summary) -> String {
     rows.head("cost");
     rows.number("wall time", summary.wall_s, "s");
     rows.number("simulated", summary.simulated_s, "s");
+    for name in &summary.effects {
+        let share = summary.time_shares.get(&format!("effects.{name}"));
+        rows.number(&format!("effect {name}"), 100.0 * share.copied().unwrap_or(0.0), "% of the wall time");
+    }
 
     format!("{}\n{}\n{}", summary.title, rows.0, verdict(summary))
 }

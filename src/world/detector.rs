@@ -1,19 +1,16 @@
-//! Contacts from the engine's narrow phase, without its dynamics.
-//!
-//! The responses of our own ([`crate::contact`]) ask for the contacts at the pose just set; the
-//! engine's full step would report gaps at the start of the step, and answer them itself.
+//! Contacts from the narrow phase, without dynamics; see [`crate::world::Detector`].
 
-use nalgebra::Isometry3;
-use rapier3d::prelude::{
+use super::convert::{engines, engines_pose, engines_pose_of, real};
+use super::rapier::prelude::{
     ActiveCollisionTypes, BroadPhaseBvh, ColliderBuilder, ColliderHandle, ColliderSet, CollisionPipeline,
     IslandManager, NarrowPhase, RigidBodySet,
 };
-
-use super::convert::{engines_pose, engines_pose_of};
-use super::{KNOTS, Setup, TARGET, contact_collider, read_contacts};
+use super::{KNOTS, TARGET, contact_collider, read_contacts, shapes};
 use crate::net::Net;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
+use crate::world::Setup;
+use nalgebra::Isometry3;
 
 /// Colliders of knots and parts, moved to where they are and asked for contacts.
 pub struct Detector {
@@ -38,13 +35,13 @@ impl Detector {
             .iter()
             .enumerate()
             .map(|(index, part)| {
-                let shape = ColliderBuilder::new(part.to_parry()).active_collision_types(all);
+                let shape = ColliderBuilder::new(shapes::shape(part)).active_collision_types(all);
                 (colliders.insert(contact_collider(shape, &setup, TARGET, KNOTS, index)), part.pose)
             })
             .collect();
         let knots = (0..net.n_knots())
             .map(|knot| {
-                let ball = ColliderBuilder::ball(net.radius[knot]).active_collision_types(all);
+                let ball = ColliderBuilder::ball(real(net.radius[knot])).active_collision_types(all);
                 colliders.insert(contact_collider(ball, &setup, KNOTS, TARGET, knot))
             })
             .collect();
@@ -71,11 +68,11 @@ impl Detector {
         }
         for (&handle, position) in self.knots.iter().zip(&state.knots.position) {
             if let Some(collider) = self.colliders.get_mut(handle) {
-                collider.set_translation(super::convert::engines(position));
+                collider.set_translation(engines(position));
             }
         }
         self.pipeline.step(
-            reach,
+            real(reach),
             &mut self.islands,
             &mut self.broad_phase,
             &mut self.narrow_phase,
@@ -87,7 +84,6 @@ impl Detector {
         read_contacts(&self.narrow_phase, &self.colliders, contacts);
     }
 
-    /// Number of colliders.
     pub fn n_colliders(&self) -> usize {
         self.colliders.len()
     }
