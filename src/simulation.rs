@@ -10,8 +10,6 @@ use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Bookkeeper;
 use crate::method::{Method, Pull};
-use crate::plan::Plan;
-use crate::solver::ContactModel;
 use crate::state::{Body, Knots, State};
 use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
@@ -40,14 +38,7 @@ impl Simulation {
     /// Builds what `case` calls for, and nothing else.
     pub fn new(case: &Case) -> Simulation {
         let effects = case.scene.effects.build(&case.net, case.target.as_ref());
-        let mut plan = Plan {
-            step: case.pace.step,
-            substeps: case.pace.substeps,
-            restitution: case.scene.solver.restitution,
-            friction: None,
-            contact_by_engine: case.scene.solver.contact == ContactModel::Rapier,
-            precision: case.scene.solver.precision,
-        };
+        let mut plan = case.plan();
         for effect in &effects {
             effect.install(&mut plan);
         }

@@ -97,7 +97,7 @@ pub struct Contact {
     pub knot: usize,
     /// The part of the target.
     pub part: usize,
-    /// Where they touch [m].
+    /// Where its impulses act: the centre of the knot, which is a point and cannot turn [m].
     pub point: Vector3<f64>,
     /// Unit normal, from the target to the net.
     pub normal: Vector3<f64>,

@@ -8,13 +8,16 @@ use indicatif::{ProgressBar, ProgressStyle};
 use tumblenet::case::Case;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
+use tumblenet::problems::Problems;
 use tumblenet::report::{files, results, table};
 use tumblenet::run::Run;
-use tumblenet::scene;
+use tumblenet::scene::{self, Source};
+use tumblenet::study::cost::accuracy::{Accuracy, Table};
+use tumblenet::study::cost::advice;
 use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
 
 use super::members::Kept;
-use super::{Error, Format, json, print};
+use super::{Error, Format, cost, json, print};
 
 /// Arguments of `run`.
 #[derive(Args)]
@@ -27,6 +30,10 @@ pub struct Arguments {
     /// Changes a value of the scene first: `solver.step_s=0.0005`, `target.spin_rad_s.0=2`; `null` removes a key.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     changes: Vec<String>,
+    /// Takes a solver setting that is known to reach an accuracy before contact: `1mm`, or `fast`, `standard`, `fine`
+    /// (a thousandth, a ten-thousandth, a hundred-thousandth of the net's side).
+    #[arg(long, value_name = "LENGTH", value_parser = |text: &str| text.parse::<Accuracy>())]
+    accuracy: Option<Accuracy>,
     /// How the result is printed.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -64,7 +71,10 @@ pub fn default_scene() -> Result<(), Error> {
 
 /// Runs the scene of the arguments.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let case = Case::load(&arguments.scene, &arguments.changes)?;
+    let case = match arguments.accuracy {
+        None => Case::load(&arguments.scene, &arguments.changes)?,
+        Some(accuracy) => with_accuracy(&arguments.scene, &arguments.changes, accuracy)?,
+    };
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
     if let Some(members) = arguments.ensemble {
         let request =
@@ -80,6 +90,37 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         }
     }
     met(&case, &summary)
+}
+
+/// The scene with a setting that reaches `accuracy`: from a study of this very scene if there is one in
+/// its usual place, else from the table of built-in scenes. Which it is goes to standard error.
+fn with_accuracy(scene: &str, changes: &[String], accuracy: Accuracy) -> Result<Case, Error> {
+    let mut source = Source::find(scene)?;
+    source.set(changes)?;
+    let case = Case::build(&source)?;
+    let studied = default_folder(&case).join("cost").join("cost.json");
+    let own = studied.exists().then(|| cost::read(&studied)).transpose();
+    // A study of another version, or of the scene before it was changed, says nothing.
+    let own = own.ok().flatten().filter(|study| study.scene_hash == case.hash);
+    let found = match &own {
+        Some(study) => study.find(&case, accuracy),
+        None => Table::built_in().find(&case, accuracy),
+    };
+    let found = found.map_err(|finest| {
+        let mut problems = Problems::new("--accuracy");
+        let wanted = advice::length(accuracy.length(case.net.designed_area.sqrt()));
+        let rule = match own {
+            Some(_) => "what the study of this scene reached",
+            None => "what was measured for such scenes; `tumblenet cost` measures this one",
+        };
+        problems.add("", wanted, format!("at least {}, {rule}", advice::length(finest)));
+        problems
+    })?;
+    eprintln!("accuracy: {}", found.words);
+    // The user's own word last: what is set by hand stays.
+    source.set(&found.changes)?;
+    source.set(changes)?;
+    Ok(Case::build(&source)?)
 }
 
 /// Where the results go when no folder is named.

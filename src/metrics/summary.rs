@@ -47,12 +47,12 @@ pub struct Summary {
     /// How the mouth was closed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closing: Option<ClosingSummary>,
-    /// Whether the capture held when put to the test.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub retention: Option<Retention>,
     /// How the chaser recoiled.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chaser: Option<ChaserSummary>,
+    /// Whether the capture held when put to the test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retention: Option<Retention>,
     /// What the cables bore.
     pub cables: CableSummary,
     /// What was kept.
@@ -194,8 +194,8 @@ impl Summary {
             capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
             target: target_summary(case, run),
             closing: closing_summary(case, run, curves),
-            retention: Retention::of(case, run, curves),
             chaser: chaser_summary(case, run),
+            retention: Retention::of(case, run, curves),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
                 max_strain: extremes.strain,

@@ -43,6 +43,11 @@ pub fn summary(summary: &Summary) -> String {
         rows.number("separation", capture.separation, "target lengths");
         rows.number("quality index", capture.cqi, "0 is ideal");
     }
+    if let Some(chaser) = &summary.chaser {
+        rows.head("chaser");
+        rows.text("recoil", &vector(&chaser.recoil_m_s.map(|v| 1e3 * v)), "mm/s");
+        rows.text("spin by the shot (body)", &vector(&chaser.recoil_rad_s.map(|w| 1e3 * w)), "mrad/s");
+    }
     if let Some(closing) = &summary.closing {
         rows.head("closing");
         rows.optional("winches start", closing.triggered_s, "s", "never");
@@ -59,11 +64,6 @@ pub fn summary(summary: &Summary) -> String {
                 rows.text(name, held(&trial), &format!("to {:.2} s", trial.held_until_s));
             }
         }
-    }
-    if let Some(chaser) = &summary.chaser {
-        rows.head("chaser");
-        rows.text("recoil", &vector(&chaser.recoil_m_s.map(|v| 1e3 * v)), "mm/s");
-        rows.text("spin by the shot (body)", &vector(&chaser.recoil_rad_s.map(|w| 1e3 * w)), "mrad/s");
     }
     let cables = &summary.cables;
     rows.head("cables");
@@ -115,17 +115,11 @@ pub fn ensemble(ensemble: &Ensemble) -> String {
             reasons.join(", ")
         ));
     }
-    for (share, trial) in [(ensemble.held_turn, "over one turn"), (ensemble.held_tug, "while tugged at")] {
-        if let Some(share) = share {
-            text.push_str(&format!("\nHeld {trial}: {} of {}.", share.captured, share.of));
-        }
-    }
     text
 }
 
 /// Blocks of the summary that the table of an ensemble shows; the file holds all.
-const MAIN_BLOCKS: [&str; 8] =
-    ["deployment.", "contact.", "capture.", "target.", "closing.", "retention.", "conservation.", "wall_s"];
+const MAIN_BLOCKS: [&str; 6] = ["deployment.", "contact.", "capture.", "target.", "conservation.", "wall_s"];
 
 /// The verdict in a sentence.
 pub fn verdict(summary: &Summary) -> String {

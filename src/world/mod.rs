@@ -13,6 +13,7 @@
 //! 300 s, against 2e-8 (`tests/precision.rs`).
 
 mod double;
+pub mod parts;
 mod single;
 pub mod sweeps;
 
@@ -32,8 +33,6 @@ pub struct Setup {
     pub step: f64,
     /// Sub-steps of the engine within a step.
     pub substeps: u32,
-    /// Coefficient of restitution of contacts [-].
-    pub restitution: f64,
     /// Coefficient of friction of contacts [-].
     pub friction: f64,
     /// Whether the engine finds and answers contacts.
@@ -121,17 +120,7 @@ impl World {
 
     /// Takes over all velocities of `state`.
     pub fn write_velocities(&mut self, state: &State) {
-        for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
-            self.physics.bodies[handle].set_linvel(engines(velocity), false);
-        }
-        if let (Some(target), Some(body)) = (&self.target, &state.target) {
-            let own = &mut self.physics.bodies[target.body];
-            // One that is held moves as prescribed; its velocity is not free to change.
-            if own.is_dynamic() {
-                own.set_linvel(engines(&body.velocity), false);
-                own.set_angvel(engines(&body.rate), false);
-            }
-        }
+        either!(Engine, &mut self.0, engine => engine.write_velocities(state));
     }
 
     /// Applies the forces of effects over the next step; none where no effect applies any.
@@ -144,10 +133,10 @@ impl World {
         either!(Engine, &self.0, engine => engine.apart(state))
     }
 
-    /// One step of the engine from `state`, with `sweeps` sweeps over all rows in each sub-step;
-    /// knots and target are then read back.
-    pub fn advance(&mut self, state: &mut State, sweeps: u32) {
-        either!(Engine, &mut self.0, engine => engine.advance(state, sweeps));
+    /// One step of the engine of `step` seconds from `state`, with `sweeps` sweeps over all rows in each
+    /// sub-step; knots and target are then read back.
+    pub fn advance(&mut self, state: &mut State, step: f64, sweeps: u32) {
+        either!(Engine, &mut self.0, engine => engine.advance(state, step, sweeps));
     }
 
     /// Copies positions and velocities of knots and target to `state`.
@@ -196,8 +185,7 @@ impl Detector {
         })
     }
 
-    /// Contacts at the pose of `state` and `body` whose gap is at most `reach` [m], in the order of
-    /// knots and parts.
+    /// Contacts at the pose of `state` and `body`, in the order of knots and parts.
     pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
         either!(Finder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
     }

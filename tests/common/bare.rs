@@ -1,12 +1,12 @@
 //! A step as it would be had nobody thought of effects: the method, the books, and nothing between.
 
+#![allow(dead_code)] // each of its users uses its own part
+
 use nalgebra::Vector3;
 use tumblenet::case::Case;
 use tumblenet::ledger::Bookkeeper;
 use tumblenet::method::{Method, Pull};
-use tumblenet::plan::Plan;
 use tumblenet::simulation::Simulation;
-use tumblenet::solver::ContactModel;
 use tumblenet::state::{Knots, State};
 use tumblenet::work::{Clock, Work};
 
@@ -36,13 +36,7 @@ impl Pull for Nothing {
 impl Bare {
     /// The start of `case`, which names no effect.
     pub fn new(case: &Case) -> Bare {
-        let plan = Plan {
-            step: case.pace.step,
-            substeps: case.pace.substeps,
-            restitution: case.scene.solver.restitution,
-            friction: None,
-            contact_by_engine: case.scene.solver.contact == ContactModel::Rapier,
-        };
+        let plan = case.plan();
         let state = Simulation::new(case).state;
         Bare {
             before: state.clone(),
