@@ -46,6 +46,9 @@ pub fn typed<T: JsonSchema + DeserializeOwned>(
     let mut sound = true;
     for error in validator.iter_errors(value) {
         sound = false;
+        if problems.is_full() {
+            break;
+        }
         explain(&error, &schema, place, problems);
     }
     if !sound {
