@@ -7,7 +7,8 @@ use sha2::{Digest, Sha256};
 use crate::cables::explicit::{self, SAFE};
 use crate::contact::penalty::Penalty;
 use crate::limits::Limits;
-use crate::net::Net;
+use crate::net::{self, Net};
+use crate::plan::Plan;
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::scene::schema::Scene;
@@ -71,10 +72,11 @@ impl Case {
         let case = source.scene(&mut problems).and_then(|mut scene| {
             let limits = &source.limits;
             checks::check_scene(&scene, limits, &mut problems);
+            let files = Files::of(source.folder.as_deref(), limits);
+            scene.effects.load(&files, &mut problems);
             let net = checks::check_knots(&scene.net, limits, &mut problems)
                 .then(|| Net::build(&scene.net, &scene.launch, &mut problems))
                 .flatten();
-            let files = Files::of(source.folder.as_deref(), limits);
             let target =
                 scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", &mut problems));
             let net = net?;
@@ -90,14 +92,36 @@ impl Case {
                 CableModel::Explicit => pace.step / f64::from(pace.substeps),
             }));
             let hash = hash(&scene, target.as_ref());
-            Some(Case { name: source.name.clone(), scene, hash, net, target, pace })
+            let mut case = Case { name: source.name.clone(), scene, hash, net, target, pace };
+            case.disperse(0);
+            Some(case)
         });
         problems.into_result(case)
+    }
+
+    /// Shoots the bullets as they deviate in `member` of an ensemble, where the scene names a chaser.
+    pub fn disperse(&mut self, member: u64) {
+        if let Some(chaser) = &self.scene.effects.chaser {
+            self.net.shoot(chaser.disperse(net::shots(&self.scene.net, &self.scene.launch), member));
+        }
     }
 
     /// Number of steps of the run.
     pub fn n_steps(&self) -> u64 {
         (self.scene.duration_s.0 / self.pace.step).round().max(1.0) as u64
+    }
+
+    /// What its solver asks for; effects may add to it.
+    pub fn plan(&self) -> Plan {
+        let solver = &self.scene.solver;
+        Plan {
+            step: self.pace.step,
+            substeps: self.pace.substeps,
+            restitution: solver.restitution,
+            friction: None,
+            contact_by_engine: solver.contact == ContactModel::Rapier,
+            precision: solver.precision,
+        }
     }
 
     /// A sub-step at which an explicit net is stable [s].
@@ -107,9 +131,7 @@ impl Case {
 
     /// Distance from which responses of our own watch a knot [m].
     pub fn reach(&self) -> f64 {
-        let thinnest = self.target.as_ref().map_or(0.0, |target| target.thinnest);
-        let thickest = self.net.radius.iter().copied().fold(0.0, f64::max);
-        self.scene.solver.reach_m.map_or((0.04 * thinnest).max(2.0 * thickest), |reach| reach.0)
+        reach(&self.scene, &self.net, self.target.as_ref())
     }
 
     /// Steps between two recorded frames.
@@ -123,25 +145,47 @@ fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
     let solver = &scene.solver;
     let safe = SAFE * stable_step(scene, net, target);
     let sample = scene.output.sample_s.0.min(scene.duration_s.0);
+    let thin = thin_step(scene, target);
     match (solver.cables, solver.step_s) {
         (CableModel::Joints, Some(step)) => Pace { step: step.0, substeps: solver.substeps },
         (CableModel::Joints, None) if solver.contact == ContactModel::Rapier => {
-            Pace { step: JOINTS_STEP, substeps: solver.substeps }
+            Pace { step: JOINTS_STEP.min(thin), substeps: solver.substeps }
         }
         // The engine's cables and a response of our own take turns, so neither feels the other
         // within a step: a knot that contact holds lets its neighbour stretch the cable. Energy
         // gained on the free-floating Cubesat, over the launch energy: 3 at 0.5 ms, 0.2 at 0.2 ms,
         // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables.
         (CableModel::Joints, None) => {
-            let step = JOINTS_STEP.min(safe).min(SAFE * explicit::stable_step(net));
+            let step = JOINTS_STEP.min(thin).min(safe).min(SAFE * explicit::stable_step(net));
             Pace { step, substeps: solver.substeps }
         }
         (CableModel::Explicit, step) => {
             let substep = step.map_or(safe, |step| step.0);
-            let step = JOINTS_STEP.min(sample).max(substep);
+            // Contacts are found once a step: no knot may come from beyond the reach within it, nor
+            // one at twice the speed after a snap.
+            let found = 0.5 * reach(scene, net, target) / fastest(scene, target).max(f64::MIN_POSITIVE);
+            let step = JOINTS_STEP.min(sample).min(thin).min(found).max(substep);
             Pace { step, substeps: (step / substep).ceil().max(1.0) as u32 }
         }
     }
+}
+
+/// Speed of the fastest that is to meet: bullets, and the target's farthest point [m/s].
+pub fn fastest(scene: &Scene, target: Option<&Target>) -> f64 {
+    scene.launch.speed_m_s + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius)
+}
+
+/// Largest step within which no knot crosses half of the target's thinnest part [s]: past the middle
+/// of a part a knot is pushed out on its far side. Infinite without a target.
+pub fn thin_step(scene: &Scene, target: Option<&Target>) -> f64 {
+    target.map_or(f64::INFINITY, |built| 0.5 * built.thinnest / fastest(scene, target))
+}
+
+/// Distance from which responses of our own watch a knot [m].
+fn reach(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
+    let thinnest = target.map_or(0.0, |target| target.thinnest);
+    let thickest = net.radius.iter().copied().fold(0.0, f64::max);
+    scene.solver.reach_m.map_or((0.04 * thinnest).max(2.0 * thickest), |reach| reach.0)
 }
 
 /// Largest step at which the explicit parts of the method are stable [s]; infinite without any.
@@ -164,6 +208,9 @@ fn hash(scene: &Scene, target: Option<&Target>) -> String {
     let mut hasher = Sha256::new();
     // A scene is plain data: strings, numbers and lists always become JSON.
     hasher.update(serde_json::to_string(scene).unwrap_or_default());
+    for number in scene.effects.loaded() {
+        hasher.update(number.to_le_bytes());
+    }
     if let Some(target) = target {
         let numbers = target.inertia.iter().chain(target.samples.iter().flat_map(|sample| sample.iter()));
         for number in numbers.chain([&target.mass, &target.hull_volume, &target.hull_surface]) {

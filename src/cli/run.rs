@@ -6,18 +6,20 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use tumblenet::case::Case;
-use tumblenet::limits::Limit;
+use tumblenet::limits::{Limit, Limits};
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::problems::Problems;
 use tumblenet::report::{files, results, table};
 use tumblenet::run::Run;
-use tumblenet::scene;
+use tumblenet::scene::{self, Source};
+use tumblenet::study::cost::accuracy::{Accuracy, Table};
+use tumblenet::study::cost::advice;
 use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
 
 use super::members::Kept;
 use super::reading::Reading;
-use super::{Error, Format, interrupt, json, print};
+use super::{Error, Format, cost, interrupt, json, print};
 
 /// Arguments of `run`.
 #[derive(Args)]
@@ -30,6 +32,10 @@ pub struct Arguments {
     /// Changes a value of the scene first: `solver.step_s=0.0005`, `target.spin_rad_s.0=2`; `null` removes a key.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     changes: Vec<String>,
+    /// Takes a solver setting that is known to reach an accuracy before contact: `1mm`, or `fast`, `standard`, `fine`
+    /// (a thousandth, a ten-thousandth, a hundred-thousandth of the net's side).
+    #[arg(long, value_name = "LENGTH", value_parser = |text: &str| text.parse::<Accuracy>())]
+    accuracy: Option<Accuracy>,
     #[command(flatten)]
     reading: Reading,
     /// How the result is printed.
@@ -70,7 +76,10 @@ pub fn default_scene() -> Result<(), Error> {
 /// Runs the scene of the arguments.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let limits = arguments.reading.limits()?;
-    let case = Case::load_within(&arguments.scene, &arguments.changes, limits)?;
+    let case = match arguments.accuracy {
+        None => Case::load_within(&arguments.scene, &arguments.changes, limits)?,
+        Some(accuracy) => with_accuracy(&arguments.scene, &arguments.changes, limits, accuracy)?,
+    };
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
     if let Some(members) = arguments.ensemble {
         if limits.exceeded(Limit::Members, f64::from(members)) {
@@ -95,7 +104,39 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     met(&case, &summary)
 }
 
-fn default_folder(case: &Case) -> PathBuf {
+/// The scene with a setting that reaches `accuracy`: from a study of this very scene if there is one in
+/// its usual place, else from the table of built-in scenes. Which it is goes to standard error.
+fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accuracy) -> Result<Case, Error> {
+    let mut source = Source::find_within(scene, limits)?;
+    source.set(changes)?;
+    let case = Case::build(&source)?;
+    let studied = default_folder(&case).join("cost").join("cost.json");
+    let own = studied.exists().then(|| cost::read(&studied)).transpose();
+    // A study of another version, or of the scene before it was changed, says nothing.
+    let own = own.ok().flatten().filter(|study| study.scene_hash == case.hash);
+    let found = match &own {
+        Some(study) => study.find(&case, accuracy),
+        None => Table::built_in().find(&case, accuracy),
+    };
+    let found = found.map_err(|finest| {
+        let mut problems = Problems::new("--accuracy");
+        let wanted = advice::length(accuracy.length(case.net.designed_area.sqrt()));
+        let rule = match own {
+            Some(_) => "what the study of this scene reached",
+            None => "what was measured for such scenes; `tumblenet cost` measures this one",
+        };
+        problems.add("", wanted, format!("at least {}, {rule}", advice::length(finest)));
+        problems
+    })?;
+    eprintln!("accuracy: {}", found.words);
+    // The user's own word last: what is set by hand stays.
+    source.set(&found.changes)?;
+    source.set(changes)?;
+    Ok(Case::build(&source)?)
+}
+
+/// Where the results go when no folder is named.
+pub(super) fn default_folder(case: &Case) -> PathBuf {
     Path::new("results").join(&case.name)
 }
 

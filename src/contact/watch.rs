@@ -3,7 +3,8 @@
 //! Two levels of detection (Section 4.5.1). While the box of the net and the box of the target are
 //! apart nothing is detected. Then the engine finds every knot within `reach` of a part; each
 //! becomes a plane fixed to the target, which sub-steps carry along as the target moves and turns.
-//! Detection is repeated before any knot can have come half the reach nearer.
+//! Detection is repeated before any knot can have come half the reach nearer, and sees as far
+//! as the fastest knot may come within a step.
 //!
 //! A plane stands for the surface near the knot: past an edge it goes on by at most half the reach,
 //! and on a curved part of radius R the knot floats by up to reach² / (8 R).
@@ -17,7 +18,6 @@ use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
-use crate::target::spec::Motion;
 use crate::world::Detector;
 
 /// A response of our own.
@@ -32,7 +32,8 @@ pub enum Response {
 pub struct Watch {
     detector: Detector,
     response: Response,
-    mobility: TargetMobility,
+    /// In the body frame.
+    mobility: Mobility,
     reach: f64,
     bounding_radius: f64,
     radius: Vec<f64>,
@@ -57,23 +58,6 @@ struct Plane {
     record: Contact,
 }
 
-/// The target's mass and inertia, in the body frame; zero mobility when it is held.
-#[derive(Clone, Copy)]
-struct TargetMobility {
-    inverse_mass: f64,
-    inverse_inertia: nalgebra::Matrix3<f64>,
-}
-
-impl TargetMobility {
-    fn at(&self, body: &Body) -> Mobility {
-        let turn = body.attitude.to_rotation_matrix();
-        Mobility {
-            inverse_mass: self.inverse_mass,
-            inverse_inertia: turn.matrix() * self.inverse_inertia * turn.matrix().transpose(),
-        }
-    }
-}
-
 /// Knots whose contacts are answered: those of a kernel, or of the state.
 pub trait Movable {
     /// Position at the start of the (sub-)step [m].
@@ -91,14 +75,10 @@ impl Watch {
     ///
     /// `precision` is that of the engine, which finds contacts and no more.
     pub fn new(net: &Net, target: &Target, reach: f64, response: Response, precision: Precision) -> Watch {
-        let free = target.motion == Motion::Free;
         Watch {
-            detector: Detector::new(net, target, reach, precision),
+            detector: Detector::new(net, target, precision),
             response,
-            mobility: TargetMobility {
-                inverse_mass: if free { 1.0 / target.mass } else { 0.0 },
-                inverse_inertia: target.inertia.try_inverse().filter(|_| free).unwrap_or_default(),
-            },
+            mobility: Mobility::of(target),
             reach,
             bounding_radius: target.bounding_radius,
             radius: net.radius.clone(),
@@ -115,22 +95,25 @@ impl Watch {
         for plane in &mut self.planes {
             plane.record = empty_record(plane.knot, plane.part);
         }
-        if state.knots.apart_from(body, self.bounding_radius + self.reach) {
+        let speed_squared = |v: &Vector3<f64>| (v - body.velocity).norm_squared();
+        let fastest = state.knots.velocity.iter().map(speed_squared).fold(0.0, f64::max).sqrt();
+        let nearer = step * (fastest + body.rate.norm() * self.bounding_radius);
+        // A snap within the step may double a knot's speed; half the reach is left for that. A knot
+        // so fast that it comes past half the reach in one step would be in the target unseen.
+        let reach = self.reach.max(2.0 * nearer);
+        if state.knots.apart_from(body, self.bounding_radius + reach) {
             self.planes.clear();
             self.nearer = f64::INFINITY;
             return;
         }
-        // A snap within the step may double a knot's speed; half the reach is left for that.
-        let speed = |v: &Vector3<f64>| (v - body.velocity).norm();
-        let fastest = state.knots.velocity.iter().map(speed).fold(0.0, f64::max);
-        self.nearer += step * (fastest + body.rate.norm() * self.bounding_radius);
+        self.nearer += nearer;
         if self.nearer > 0.5 * self.reach {
-            self.detect(state, body);
+            self.detect(state, body, reach);
         }
     }
 
-    fn detect(&mut self, state: &State, body: &Body) {
-        self.detector.detect(state, body, &mut self.found);
+    fn detect(&mut self, state: &State, body: &Body, reach: f64) {
+        self.detector.detect(state, body, reach, &mut self.found);
         self.nearer = 0.0;
         self.n_detections += 1;
         self.planes.clear();
@@ -167,7 +150,8 @@ impl Watch {
             let from_centre = knots.position(plane.knot) - body.position;
             // normal · (x − surface point) − radius, the surface point in the body frame.
             let gap = normal.dot(&from_centre) - plane.height;
-            let arm = from_centre - self.radius[plane.knot] * normal;
+            // A knot cannot turn: impulses act at its centre, or the moment of friction would be lost.
+            let arm = from_centre;
             let velocity = knots.velocity(plane.knot) - body.velocity - body.rate.cross(&arm);
             plane.record.gap = plane.record.gap.min(gap);
             if gap + step * normal.dot(&velocity) >= 0.0 && gap >= 0.0 {
@@ -223,9 +207,12 @@ impl Watch {
             let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&arm));
             let sliding = 0.5 * (old + new) - surface;
             let record = &mut self.planes[*index].record;
-            record.point = before.position + arm;
             record.normal = row.normal;
             record.impulse += normal;
+            // The mean over the sub-steps, so that impulse and moment agree.
+            if record.impulse > 0.0 {
+                record.point += (normal / record.impulse) * (before.position + arm - record.point);
+            }
             record.friction += across;
             record.work_on_knot += impulse.dot(&(0.5 * (old + new)));
             record.loss -= normal * row.normal.dot(&sliding);

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use super::schema::Scene;
 use crate::case::{self, Pace};
+use crate::closing::layouts::Layout;
 use crate::closing::trigger::Trigger;
+use crate::effects::chaser;
 use crate::effects::friction::Law;
 use crate::limits::{Limit, Limits};
 use crate::metrics::summary::Summary;
@@ -52,6 +54,7 @@ pub fn check_scene(scene: &Scene, limits: &Limits, problems: &mut Problems) {
             );
         }
     }
+    check_frame(scene, problems);
     if scene.effects.tug.is_some_and(|tug| tug.direction == [0.0; 3]) {
         problems.add("effects.tug.direction", "[0, 0, 0]", "a direction of any length but 0");
     }
@@ -86,6 +89,34 @@ pub fn check_knots(net: &spec::Net, limits: &Limits, problems: &mut Problems) ->
         problems.add("net.meshes", found, allowed);
     }
     !too_many
+}
+
+/// Checks what says where the local frame is, and who shoots.
+fn check_frame(scene: &Scene, problems: &mut Problems) {
+    let effects = &scene.effects;
+    if effects.orbit.is_some() && effects.cabin.is_some() {
+        problems.add(
+            "effects.cabin",
+            "a cabin and an orbit",
+            "one of them: the local frame is fixed either in a cabin or on an orbit",
+        );
+    }
+    let Some(chaser) = &effects.chaser else { return };
+    let slowest = scene.launch.speed_m_s - chaser::CUT * chaser.speed_sigma_m_s;
+    if slowest < 0.0 {
+        problems.add(
+            "effects.chaser.speed_sigma_m_s",
+            format!("{} at launch.speed_m_s {}", chaser.speed_sigma_m_s, scene.launch.speed_m_s),
+            format!("at most 1/{} of the speed: deviations go that far", chaser::CUT),
+        );
+    }
+    if effects.closing.is_some_and(|closing| closing.layout == Layout::Cinch) {
+        problems.add(
+            "effects.closing.layout",
+            "\"cinch\", a tether to the chaser, with effects.chaser",
+            "another layout, or no effects.chaser: its body does not feel the tether yet",
+        );
+    }
 }
 
 /// Checks that the parts of the method go together.
@@ -190,9 +221,10 @@ pub fn check_built(
             ),
         );
     }
-    // A knot past the middle of a part is pushed out on its far side.
-    let speed = scene.launch.speed_m_s + target.spin.norm() * target.bounding_radius;
-    if speed * step > 0.5 * target.thinnest {
+    check_clear(net, target, problems);
+    let speed = case::fastest(scene, Some(target));
+    // A hair above the limit is the rounding of a step that was chosen by it.
+    if step > case::thin_step(scene, Some(target)) * (1.0 + 1e-9) {
         problems.add(
             "solver.step_s",
             format!("{step}: at {speed:.3} m/s a knot moves {:.3e} m within it", speed * step),
@@ -201,6 +233,34 @@ pub fn check_built(
                 0.5 * target.thinnest / speed,
                 target.thinnest
             ),
+        );
+    }
+}
+
+/// Deepest overlap of a knot with the target at the start, over its radius [-]: more is no touch. A
+/// response would push it out within a step, hence shoot it off.
+const MAX_OVERLAP: f64 = 0.01;
+
+/// Checks that the folded net is clear of the target.
+fn check_clear(net: &Net, target: &Target, problems: &mut Problems) {
+    let mut deepest: Option<(usize, usize, f64)> = None;
+    for (knot, (position, radius)) in net.folded.iter().zip(&net.radius).enumerate() {
+        let point = target.attitude.inverse_transform_vector(&(position - target.position));
+        if point.norm() > target.bounding_radius + radius {
+            continue;
+        }
+        for (index, part) in target.parts.iter().enumerate() {
+            let overlap = part.depth(&point) + radius;
+            if overlap > MAX_OVERLAP * radius && deepest.is_none_or(|(_, _, known)| overlap > known) {
+                deepest = Some((knot, index, overlap));
+            }
+        }
+    }
+    if let Some((knot, part, overlap)) = deepest {
+        problems.add(
+            "target.distance_m",
+            format!("knot {knot} of the folded net {overlap:.3e} m inside part {part} of the target"),
+            "a target clear of the folded net: farther away, or a smaller net.fold.ratio",
         );
     }
 }

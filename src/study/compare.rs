@@ -95,6 +95,12 @@ pub struct Outcome {
     pub captured: Option<Share>,
     /// How often each reason was given.
     pub reasons: BTreeMap<String, usize>,
+    /// Share that held the target over one period of its tumbling, of those decided (`retention.turn`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_turn: Option<Share>,
+    /// Share that held the target while it was tugged at, of those decided (`retention.tug`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_tug: Option<Share>,
     /// Quartiles of every number of the summaries.
     pub scalars: BTreeMap<String, Quartiles>,
     /// Difference between its own members: chaos. Absent with fewer than two.
@@ -227,13 +233,14 @@ impl Compared {
 impl Outcome {
     fn of(case: &Case, members: &[Member], request: &Request) -> Option<Outcome> {
         let tracks: Vec<&Track> = tracks(members).map(|(_, track)| track).collect();
-        let verdicts: Vec<_> = tracks.iter().filter_map(|track| track.summary.capture).collect();
+        let summaries: Vec<&Summary> = tracks.iter().map(|track| &track.summary).collect();
+        let verdicts: Vec<_> = summaries.iter().filter_map(|summary| summary.capture).collect();
         let mut reasons = BTreeMap::new();
         for verdict in &verdicts {
             *reasons.entry(format!("{:?}", verdict.reason).to_lowercase()).or_insert(0) += 1;
         }
         let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-        for (name, value) in tracks.iter().flat_map(|track| track.summary.scalars()) {
+        for (name, value) in summaries.iter().flat_map(|summary| summary.scalars()) {
             values.entry(name).or_default().push(value);
         }
         let paths: Vec<&Path> = tracks.iter().map(|track| &track.path).collect();
@@ -248,6 +255,8 @@ impl Outcome {
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
             reasons,
+            held_turn: Share::held(&summaries, |retention| retention.turn),
+            held_tug: Share::held(&summaries, |retention| retention.tug),
             scalars: values.into_iter().map(|(name, values)| (name, Quartiles::of(values))).collect(),
             own: Separation::of(&pairs, request.trust_distance_m),
             against_base: None,

@@ -6,7 +6,7 @@
 
 pub mod files;
 pub mod import;
-pub mod mass;
+mod mass;
 pub mod moments;
 pub mod motion;
 pub mod parts;

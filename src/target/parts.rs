@@ -184,17 +184,32 @@ impl Primitive {
 
     /// Whether `point` is inside.
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
-        let off_axis = point.x.hypot(point.z);
         match self {
-            Primitive::Cuboid { half } => (0..3).all(|i| point[i].abs() <= half[i]),
+            Primitive::Convex { hull, .. } => hull.contains(point),
+            _ => self.depth(point) >= 0.0,
+        }
+    }
+
+    /// How deep `point` is inside: the distance to the surface, negative outside [m].
+    pub fn depth(&self, point: &Vector3<f64>) -> f64 {
+        let off_axis = point.x.hypot(point.z);
+        // Of what lies along several axes at once: the least inside, the distance of the corner outside.
+        let least = |inside: &[f64]| {
+            let outside: f64 = inside.iter().map(|d| d.min(0.0).powi(2)).sum();
+            if outside > 0.0 { -outside.sqrt() } else { inside.iter().copied().fold(f64::MAX, f64::min) }
+        };
+        match self {
+            Primitive::Cuboid { half } => {
+                least(&[half[0] - point.x.abs(), half[1] - point.y.abs(), half[2] - point.z.abs()])
+            }
             Primitive::Cylinder { radius, half_length } => {
-                off_axis <= *radius && point.y.abs() <= *half_length
+                least(&[radius - off_axis, half_length - point.y.abs()])
             }
             Primitive::Capsule { radius, half_length } => {
-                off_axis.hypot((point.y.abs() - half_length).max(0.0)) <= *radius
+                radius - off_axis.hypot((point.y.abs() - half_length).max(0.0))
             }
-            Primitive::Ball { radius } => point.norm() <= *radius,
-            Primitive::Convex { hull } => hull.contains(point),
+            Primitive::Ball { radius } => radius - point.norm(),
+            Primitive::Convex { hull } => hull.depth(point),
         }
     }
 
@@ -246,6 +261,11 @@ impl ConvexPart {
     /// Whether a point of the body frame is inside.
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
         self.primitive.contains(&self.to_part(point))
+    }
+
+    /// How deep a point of the body frame is inside (see [`Primitive::depth`]) [m].
+    pub fn depth(&self, point: &Vector3<f64>) -> f64 {
+        self.primitive.depth(&self.to_part(point))
     }
 
     /// Points of the part, in the body frame, that make the hull of the whole target.

@@ -22,11 +22,11 @@ pub struct Detector {
     colliders: ColliderSet,
     knots: Vec<ColliderHandle>,
     parts: Vec<(ColliderHandle, Isometry3<f64>)>,
-    reach: f64,
 }
 
 impl Detector {
-    pub fn new(net: &Net, target: &Target, reach: f64) -> Detector {
+    /// Finds contacts of `net` with `target`.
+    pub fn new(net: &Net, target: &Target) -> Detector {
         let mut colliders = ColliderSet::new();
         let setup = Setup::default();
         let all = ActiveCollisionTypes::all(); // no bodies stand behind them
@@ -54,11 +54,12 @@ impl Detector {
             colliders,
             knots,
             parts,
-            reach,
         }
     }
 
-    pub fn detect(&mut self, state: &State, body: &Body, contacts: &mut Vec<Contact>) {
+    /// Contacts at the pose of `state` and `body` whose gap is at most `reach` [m], in the order of
+    /// knots and parts.
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
         let pose = engines_pose_of(&body.position, &body.attitude);
         for (handle, part) in &self.parts {
             if let Some(collider) = self.colliders.get_mut(*handle) {
@@ -71,7 +72,7 @@ impl Detector {
             }
         }
         self.pipeline.step(
-            real(self.reach),
+            real(reach),
             &mut self.islands,
             &mut self.broad_phase,
             &mut self.narrow_phase,

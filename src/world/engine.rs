@@ -20,7 +20,7 @@ use crate::state::{Body, Contact, Knots, Loads, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
 use crate::world::{Census, Setup};
-use convert::{engines, engines_matrix, engines_pose, engines_pose_of, number, our_rotation, ours, real};
+use convert::{engines, engines_mass, engines_pose, engines_pose_of, number, our_rotation, ours, real};
 use rapier::prelude::{
     Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group, ImpulseJointHandle,
     InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes, MassProperties,
@@ -138,6 +138,20 @@ impl World {
         }
     }
 
+    pub fn write_velocities(&mut self, state: &State) {
+        for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
+            self.physics.bodies[handle].set_linvel(engines(velocity), false);
+        }
+        if let (Some(target), Some(body)) = (&self.target, &state.target) {
+            let own = &mut self.physics.bodies[target.body];
+            // One that is held moves as prescribed; its velocity is not free to change.
+            if own.is_dynamic() {
+                own.set_linvel(engines(&body.velocity), false);
+                own.set_angvel(engines(&body.rate), false);
+            }
+        }
+    }
+
     pub fn apply(&mut self, loads: &Loads) {
         if loads.on_knots.is_empty() {
             return;
@@ -171,8 +185,9 @@ impl World {
         state.knots.apart_from(body, target.bounding_radius + target.reach)
     }
 
-    pub fn advance(&mut self, state: &mut State, sweeps: u32) {
+    pub fn advance(&mut self, state: &mut State, step: f64, sweeps: u32) {
         self.watch(state);
+        self.physics.integration_parameters.dt = real(step);
         self.physics.integration_parameters.num_internal_pgs_iterations = sweeps as usize;
         self.physics.step();
         if self.forces_act {
@@ -254,7 +269,6 @@ fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: 
                 contacts.push(Contact {
                     knot: knot.user_data as usize,
                     part: part.user_data as usize,
-                    point: ours(first.position() * point.local_p1),
                     normal: ours(normal),
                     gap: number(point.dist),
                     impulse: number(point.data.impulse),
@@ -288,11 +302,7 @@ fn insert_target(
             .angvel(engines(&spin))
             // Without the gyroscopic term a body tumbling about its middle axis never flips.
             .gyroscopic_forces_enabled(true)
-            .additional_mass_properties(MassProperties::with_inertia_matrix(
-                Vector::ZERO,
-                real(target.mass),
-                engines_matrix(&target.inertia),
-            ))
+            .additional_mass_properties(engines_mass(target.mass, &target.inertia))
             .can_sleep(false),
     );
     let (parts, touching) = match setup.has_contacts {
@@ -325,7 +335,8 @@ fn contact_collider(
 ) -> Collider {
     builder
         .density(0.0)
-        .restitution(real(setup.restitution))
+        // Restitution is ours: see `contact::rapier`.
+        .restitution(0.0)
         .friction(real(setup.friction))
         .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
         .user_data(index as u128)

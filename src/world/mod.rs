@@ -13,6 +13,7 @@
 //! 300 s, against 2e-8 (`tests/precision.rs`).
 
 mod double;
+pub mod parts;
 mod single;
 pub mod sweeps;
 
@@ -32,8 +33,6 @@ pub struct Setup {
     pub step: f64,
     /// Sub-steps of the engine within a step.
     pub substeps: u32,
-    /// Coefficient of restitution of contacts [-].
-    pub restitution: f64,
     /// Coefficient of friction of contacts [-].
     pub friction: f64,
     /// Whether the engine finds and answers contacts.
@@ -119,6 +118,11 @@ impl World {
         either!(Engine, &mut self.0, engine => engine.write(state));
     }
 
+    /// Takes over all velocities of `state`.
+    pub fn write_velocities(&mut self, state: &State) {
+        either!(Engine, &mut self.0, engine => engine.write_velocities(state));
+    }
+
     /// Applies the forces of effects over the next step; none where no effect applies any.
     pub fn apply(&mut self, loads: &Loads) {
         either!(Engine, &mut self.0, engine => engine.apply(loads));
@@ -129,10 +133,10 @@ impl World {
         either!(Engine, &self.0, engine => engine.apart(state))
     }
 
-    /// One step of the engine from `state`, with `sweeps` sweeps over all rows in each sub-step;
-    /// knots and target are then read back.
-    pub fn advance(&mut self, state: &mut State, sweeps: u32) {
-        either!(Engine, &mut self.0, engine => engine.advance(state, sweeps));
+    /// One step of the engine of `step` seconds from `state`, with `sweeps` sweeps over all rows in each
+    /// sub-step; knots and target are then read back.
+    pub fn advance(&mut self, state: &mut State, step: f64, sweeps: u32) {
+        either!(Engine, &mut self.0, engine => engine.advance(state, step, sweeps));
     }
 
     /// Copies positions and velocities of knots and target to `state`.
@@ -173,21 +177,17 @@ enum Finder {
 }
 
 impl Detector {
-    /// Finds contacts of `net` with `target` whose gap is at most `reach` [m].
-    pub fn new(net: &Net, target: &Target, reach: f64, precision: Precision) -> Detector {
+    /// Finds contacts of `net` with `target`.
+    pub fn new(net: &Net, target: &Target, precision: Precision) -> Detector {
         Detector(match precision {
-            Precision::F64 => {
-                Finder::Double(Box::new(double::engine::detector::Detector::new(net, target, reach)))
-            }
-            Precision::F32 => {
-                Finder::Single(Box::new(single::engine::detector::Detector::new(net, target, reach)))
-            }
+            Precision::F64 => Finder::Double(Box::new(double::engine::detector::Detector::new(net, target))),
+            Precision::F32 => Finder::Single(Box::new(single::engine::detector::Detector::new(net, target))),
         })
     }
 
     /// Contacts at the pose of `state` and `body`, in the order of knots and parts.
-    pub fn detect(&mut self, state: &State, body: &Body, contacts: &mut Vec<Contact>) {
-        either!(Finder, &mut self.0, engine => engine.detect(state, body, contacts));
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        either!(Finder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
     }
 
     /// Number of colliders.

@@ -3,22 +3,11 @@
 use plotters::style::RGBColor;
 
 use super::plain;
+use crate::report::page::Figure;
 use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour, dashed, kind_colour};
 use crate::study::compare::difference::{BoxPlot, Differences, Horizon, Separation};
 use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD};
 use crate::study::compare::{Compared, Comparison, Outcome};
-
-/// One figure.
-pub struct Figure {
-    /// Name of its file, without ending.
-    pub name: &'static str,
-    /// Its subject.
-    pub title: &'static str,
-    /// What it shows, in a sentence or two.
-    pub words: String,
-    /// Its panels.
-    pub panels: Vec<Panel>,
-}
 
 /// All figures that apply.
 pub fn all(comparison: &Comparison) -> Vec<Figure> {
@@ -26,6 +15,7 @@ pub fn all(comparison: &Comparison) -> Vec<Figure> {
         bullet_differences(comparison),
         difference_over_time(comparison),
         capture(comparison),
+        closing(comparison),
         contact_response(comparison),
         energy(comparison),
         momentum(comparison),
@@ -274,6 +264,28 @@ fn capture(comparison: &Comparison) -> Figure {
         words: "Area of the quadrilateral of the bullets across the travelling direction, enclosed share of the \
                 target's volume, and vector area of the mouth; areas over the designed area of the net. Medians over \
                 the members, quartiles as bands."
+            .to_owned(),
+        panels,
+    }
+}
+
+fn closing(comparison: &Comparison) -> Figure {
+    let threads = [
+        curves(comparison, "thread off the reels [m]", 200, |curves| &curves.off_reels_m),
+        curves(comparison, "largest tension [N]", 200, |curves| &curves.thread_tension_n),
+        curves(comparison, "winch work [J]", 200, |curves| &curves.winch_work_j),
+    ];
+    let mut panels: Vec<Panel> = threads.into_iter().flatten().collect();
+    if !panels.is_empty() {
+        panels.splice(0..0, curves(comparison, "mouth [-]", 220, |curves| &curves.mouth));
+        panels[0].keys = keys(comparison);
+    }
+    Figure {
+        name: "closing",
+        title: "How the mouth is closed",
+        words: "Vector area of the mouth over the designed area of the net; closing thread off the reels, all threads \
+                together; largest tension of any thread since the frame before; work of the winches. Medians over the \
+                members, quartiles as bands."
             .to_owned(),
         panels,
     }
