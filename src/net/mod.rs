@@ -11,6 +11,7 @@
 pub mod fold;
 pub mod spec;
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -273,16 +274,16 @@ fn perimeter(grid: [usize; 2], lines: &[Line]) -> Vec<usize> {
         .chain((1..=last_row).rev().map(|row| knot_at(grid, row, last_column)))
         .chain((1..=last_column).rev().map(|column| knot_at(grid, 0, column)))
         .collect();
+    let on_edge: HashMap<[usize; 2], &Line> =
+        lines.iter().filter(|line| line.on_edge).map(|line| (line.ends, line)).collect();
     let mut around = Vec::new();
     for (i, &from) in corners.iter().enumerate() {
         let to = corners[(i + 1) % corners.len()];
         around.push(from);
-        for line in lines {
-            if line.ends == [from, to] {
-                around.extend(line.middle.clone());
-            } else if line.ends == [to, from] {
-                around.extend(line.middle.clone().rev());
-            }
+        if let Some(line) = on_edge.get(&[from, to]) {
+            around.extend(line.middle.clone());
+        } else if let Some(line) = on_edge.get(&[to, from]) {
+            around.extend(line.middle.clone().rev());
         }
     }
     around

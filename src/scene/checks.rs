@@ -1,5 +1,7 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
+use nalgebra::Vector3;
+
 use super::schema::Scene;
 use crate::case::{self, Pace};
 use crate::closing::layouts::Layout;
@@ -152,6 +154,30 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
     }
 }
 
+/// Checks that no knot starts inside the target: contact would push it out by force, with energy from
+/// nowhere.
+fn check_start(net: &Net, target: &Target, problems: &mut Problems) {
+    let inside = |knot: &&Vector3<f64>| {
+        let from_centre = **knot - target.position;
+        // Most knots are out of reach, and a net has many.
+        from_centre.norm() <= target.bounding_radius && {
+            let point = target.attitude.inverse_transform_vector(&from_centre);
+            target.parts.iter().any(|part| part.contains(&point))
+        }
+    };
+    let n_inside = net.folded.iter().filter(inside).count();
+    if n_inside > 0 {
+        problems.add(
+            "target.distance_m",
+            format!(
+                "{}, where {n_inside} knots of the folded net start inside the target",
+                target.position.x
+            ),
+            "a target clear of the folded net",
+        );
+    }
+}
+
 /// Checks what net and target allow the solver, which steps at `pace`.
 pub fn check_built(
     scene: &Scene,
@@ -183,6 +209,7 @@ pub fn check_built(
     let substeps = if scene.solver.cables == CableModel::Explicit { pace.substeps } else { 1 };
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     let Some(target) = target else { return };
+    check_start(net, target, problems);
     let turn = target.spin.norm() * step;
     if target.motion != Motion::Fixed && turn > MAX_TURN {
         problems.add(
