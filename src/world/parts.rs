@@ -52,3 +52,24 @@ impl Parts {
         self.scale = self.scale.max(energy);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_makes_energy_is_cut_until_it_makes_none() {
+        let mut parts = Parts::new(24);
+        parts.start(1.0);
+        let mut asked = vec![parts.now()];
+        while !parts.hear(1e-3, 1.001) {
+            asked.push(parts.now());
+        }
+        assert_eq!(asked, [1, 2, 4, 8, 16, 24], "at the bound it has to do");
+        for _ in 0..40 {
+            assert!(parts.hear(0.0, 1.0));
+        }
+        assert_eq!(parts.now(), 1);
+        assert!(!parts.hear(f64::NAN, f64::NAN), "what is not a number will not do");
+    }
+}

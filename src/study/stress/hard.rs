@@ -5,6 +5,9 @@ use serde_json::Value;
 use super::measure::Numbers;
 use crate::case::Case;
 
+/// The limit of a pair that holds a case at the step which it takes by itself.
+pub const OWN_STEP: &str = "solver.step_s=null";
+
 /// What a case is an example of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Theme {
@@ -96,6 +99,17 @@ pub struct Limit {
     pub from: Vec<&'static str>,
     /// Whether it is not even run.
     pub not_run: bool,
+}
+
+impl Limit {
+    /// The changes in words.
+    pub fn words(&self) -> String {
+        let word = |&change: &&'static str| match change {
+            OWN_STEP => "the step that it takes by itself",
+            change => change,
+        };
+        self.from.iter().map(word).collect::<Vec<_>>().join(", ")
+    }
 }
 
 impl Hard {
