@@ -38,7 +38,8 @@ impl Parts {
     /// Whether that will do; if not, the step is to be done again in the parts that are now asked for.
     pub fn hear(&mut self, gain: f64, energy: f64) -> bool {
         // A gain that is no number will not do either.
-        if !(gain <= TOLERANCE * self.scale) && self.now < self.most {
+        let too_much = gain.is_nan() || gain > TOLERANCE * self.scale;
+        if too_much && self.now < self.most {
             self.now = (2 * self.now).min(self.most);
             return false;
         }

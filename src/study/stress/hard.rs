@@ -173,6 +173,11 @@ impl Hard {
         self
     }
 
+    /// Both pairs with a penalty force hold it only with the changes `from`, and why.
+    pub fn limited_with_penalty(self, why: &'static str, from: &[&'static str]) -> Hard {
+        self.limited("joints+penalty", why, from).limited("explicit+penalty", why, from)
+    }
+
     /// `pair` is not run, and why.
     pub fn not_run(mut self, pair: &'static str, why: &'static str) -> Hard {
         self.limits.push(Limit { pair, why, from: Vec::new(), not_run: true });

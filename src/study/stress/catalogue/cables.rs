@@ -14,6 +14,9 @@ const LADDER: [(f64, [&str; 4]); 4] = [
     (2.3e11, ["e-230", "e-230-step-x2", "e-230-step-x5", "e-230-step-x10"]),
 ];
 
+/// Measured: 5.6e-2 at 68 us, 1.0e-2 at 34 us.
+const EXPLICIT: &str = "energy of an explicit step without damping wobbles with the square of the step";
+
 /// The cases.
 pub fn cases() -> Vec<Hard> {
     let mut cases = Vec::new();
@@ -71,8 +74,7 @@ fn masses() -> [Hard; 3] {
                 json!({ "mass_kg": 8226.0, "spin_rad_s": [0.1, 0.2, 0.3] }),
             ),
         )
-        .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e8"])
-        .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"]),
+        .limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e8"]),
         Hard::new(
             Theme::MassRatio,
             "target-10-g",
@@ -101,7 +103,9 @@ fn snaps() -> [Hard; 3] {
             "bullets-100-m-s-undamped",
             "the same with nothing in the cables that takes the energy away",
             with(net(6, 0.07, 0.03, 100.0, 0.05), json!({ "net": { "cable": { "damping_ratio": 0.0 } } })),
-        ),
+        )
+        .limited("explicit+impulse", EXPLICIT, &["solver.step_s=5e-6"])
+        .limited("explicit+penalty", EXPLICIT, &["solver.step_s=5e-6"]),
         Hard::new(
             Theme::Snap,
             "chatter",

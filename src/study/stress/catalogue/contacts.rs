@@ -43,7 +43,12 @@ fn thin_parts() -> Vec<Hard> {
                 .starting(all_alike)
                 .at_times_step(times)
                 .may_be_refused_at(&["solver.step_s"]);
-            cases.push(if times == 1.0 { hard } else { hard.once() });
+            cases.push(match (times == 1.0, speed > 20.0, speed > 5.0) {
+                (false, ..) => hard.once(),
+                (true, true, _) => hard.limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e10"]),
+                (true, _, true) => hard.limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e9"]),
+                (true, ..) => hard,
+            });
         }
     }
     cases

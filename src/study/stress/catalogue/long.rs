@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{TOO_LONG, net, with, with_target};
+use super::{SOFT, TOO_LONG, net, with, with_target};
 use crate::study::stress::hard::{Hard, Theme};
 
 /// Measured over the minute: 1.4e-2 at the limit of 5 N, 1.8e-4 clamped.
@@ -32,7 +32,8 @@ fn spins() -> [Hard; 4] {
             "spin-30-rad-s",
             "its ends move at three times the speed of the shot",
             into(json!([30.0, 0.0, 0.0]), 1.0),
-        ),
+        )
+        .limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e8"]),
         Hard::new(
             Theme::HighSpin,
             "winding-up",
@@ -41,7 +42,8 @@ fn spins() -> [Hard; 4] {
                 into(json!([0.0, 15.0, 0.0]), 2.0),
                 json!({ "effects": { "friction": { "coefficient": 0.5 } } }),
             ),
-        ),
+        )
+        .limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e8"]),
         Hard::new(
             Theme::HighSpin,
             "middle-axis-300-s",
