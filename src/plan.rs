@@ -28,7 +28,6 @@ impl Plan {
         Setup {
             step: self.step,
             substeps: self.substeps,
-            restitution: self.restitution,
             friction: self.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY)),
             has_contacts: self.contact_by_engine,
             precision: self.precision,

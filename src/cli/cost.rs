@@ -16,6 +16,7 @@ use tumblenet::study::cost::{self, Request, Store, Study};
 use tumblenet::study::ensemble;
 
 use super::members::Kept;
+use super::reading::Reading;
 use super::run::progress_bar;
 use super::{Error, Format, json, print};
 
@@ -37,6 +38,8 @@ pub struct Arguments {
     /// Changes a value of the scene first, as `run` does.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     changes: Vec<String>,
+    #[command(flatten)]
+    reading: Reading,
     /// Seed of the perturbations.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
@@ -91,7 +94,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         let studies = arguments.collect.iter().map(|file| read(file)).collect::<Result<Vec<Study>, _>>()?;
         return print(&json(&Table::of(&studies)));
     };
-    let mut source = Source::find(scene)?;
+    let mut source = Source::find_within(scene, arguments.reading.limits()?)?;
     source.set(&arguments.changes)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("cost"));
     // Checked before the folder is made, and the folder before the runs.

@@ -3,10 +3,13 @@
 mod check;
 mod compare;
 mod cost;
+mod interrupt;
 mod list;
 mod members;
+mod reading;
 mod run;
 mod show;
+mod stress;
 
 use std::process::ExitCode;
 
@@ -33,6 +36,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Measures what accuracy costs in time: every dial, on one scene.
     Cost(cost::Arguments),
+    /// Runs the catalogue of hard cases: what must hold, and what does.
+    Stress(stress::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -87,11 +92,13 @@ impl Error {
 /// Runs the command of the command line.
 pub fn main() -> ExitCode {
     let program = Program::parse();
+    interrupt::listen();
     let done = match program.command {
         None => run::default_scene(),
         Some(Command::Run(arguments)) => run::main(&arguments),
         Some(Command::Compare(arguments)) => compare::main(&arguments),
         Some(Command::Cost(arguments)) => cost::main(&arguments),
+        Some(Command::Stress(arguments)) => stress::main(&arguments),
         Some(Command::Check(arguments)) => check::main(&arguments),
         Some(Command::List) => list::main(),
         Some(Command::Show(arguments)) => show::main(&arguments),

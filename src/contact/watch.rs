@@ -18,7 +18,6 @@ use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
-use crate::target::spec::Motion;
 use crate::world::Detector;
 
 /// A response of our own.
@@ -33,7 +32,8 @@ pub enum Response {
 pub struct Watch {
     detector: Detector,
     response: Response,
-    mobility: TargetMobility,
+    /// In the body frame.
+    mobility: Mobility,
     reach: f64,
     bounding_radius: f64,
     radius: Vec<f64>,
@@ -58,23 +58,6 @@ struct Plane {
     record: Contact,
 }
 
-/// The target's mass and inertia, in the body frame; zero mobility when it is held.
-#[derive(Clone, Copy)]
-struct TargetMobility {
-    inverse_mass: f64,
-    inverse_inertia: nalgebra::Matrix3<f64>,
-}
-
-impl TargetMobility {
-    fn at(&self, body: &Body) -> Mobility {
-        let turn = body.attitude.to_rotation_matrix();
-        Mobility {
-            inverse_mass: self.inverse_mass,
-            inverse_inertia: turn.matrix() * self.inverse_inertia * turn.matrix().transpose(),
-        }
-    }
-}
-
 /// Knots whose contacts are answered: those of a kernel, or of the state.
 pub trait Movable {
     /// Position at the start of the (sub-)step [m].
@@ -92,14 +75,10 @@ impl Watch {
     ///
     /// `precision` is that of the engine, which finds contacts and no more.
     pub fn new(net: &Net, target: &Target, reach: f64, response: Response, precision: Precision) -> Watch {
-        let free = target.motion == Motion::Free;
         Watch {
             detector: Detector::new(net, target, precision),
             response,
-            mobility: TargetMobility {
-                inverse_mass: if free { 1.0 / target.mass } else { 0.0 },
-                inverse_inertia: target.inertia.try_inverse().filter(|_| free).unwrap_or_default(),
-            },
+            mobility: Mobility::of(target),
             reach,
             bounding_radius: target.bounding_radius,
             radius: net.radius.clone(),
@@ -171,7 +150,8 @@ impl Watch {
             let from_centre = knots.position(plane.knot) - body.position;
             // normal · (x − surface point) − radius, the surface point in the body frame.
             let gap = normal.dot(&from_centre) - plane.height;
-            let arm = from_centre - self.radius[plane.knot] * normal;
+            // A knot cannot turn: impulses act at its centre, or the moment of friction would be lost.
+            let arm = from_centre;
             let velocity = knots.velocity(plane.knot) - body.velocity - body.rate.cross(&arm);
             plane.record.gap = plane.record.gap.min(gap);
             if gap + step * normal.dot(&velocity) >= 0.0 && gap >= 0.0 {
@@ -227,9 +207,12 @@ impl Watch {
             let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&arm));
             let sliding = 0.5 * (old + new) - surface;
             let record = &mut self.planes[*index].record;
-            record.point = before.position + arm;
             record.normal = row.normal;
             record.impulse += normal;
+            // The mean over the sub-steps, so that impulse and moment agree.
+            if record.impulse > 0.0 {
+                record.point += (normal / record.impulse) * (before.position + arm - record.point);
+            }
             record.friction += across;
             record.work_on_knot += impulse.dot(&(0.5 * (old + new)));
             record.loss -= normal * row.normal.dot(&sliding);

@@ -9,7 +9,7 @@ use std::path::Path;
 use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
-use super::page::{self, Figure, escape};
+use super::page::{self, Figure};
 use super::table::{number, table};
 use super::{plots, results};
 use crate::study::compare::{Comparison, Outcome};
@@ -236,10 +236,12 @@ fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
         .filter(|(_, cells)| !cells.is_empty())
         .map(|(columns, cells)| page_table(*columns, cells))
         .collect();
-    let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
+    let notes: String =
+        notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
     page::fill(&[
-        ("title", escape(&comparison.title)),
+        ("title", page::escape(&comparison.title)),
         ("kind", "comparison".to_owned()),
+        ("lead", String::new()),
         ("tables", tables),
         ("notes", notes),
         ("figures", page::drawings(drawn)),
@@ -257,14 +259,12 @@ fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
     let mut rows = String::new();
     for row in cells {
         // A long label breaks between its keys.
-        let label = escape(&row[0]).replace('.', ".<wbr>");
-        let cells: String = row[1..].iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let label = page::escape(&row[0]).replace('.', ".<wbr>");
+        let cells: String = row[1..].iter().map(|cell| format!("<td>{}</td>", page::escape(cell))).collect();
         let cells = format!("<td>{label}</td>{cells}");
         let _ = writeln!(rows, "<tr>{cells}</tr>");
     }
-    format!(
-        "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
-    )
+    page::table(&head, &rows)
 }
 
 #[cfg(test)]

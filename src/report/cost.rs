@@ -283,17 +283,11 @@ fn whole_page(study: &Study, drawn: &[(Figure, String)]) -> String {
         ("title", page::escape(&study.title)),
         ("kind", "what accuracy costs".to_owned()),
         ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&study.advice.sentence))),
-        ("tables", table_of(&head, &rows)),
+        ("tables", page::table(&head, &rows)),
         ("notes", said.iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect()),
         ("figures", page::drawings(drawn)),
         ("made", page::made(&study.provenance, study.request.seed)),
     ])
-}
-
-fn table_of(head: &str, rows: &str) -> String {
-    format!(
-        "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
-    )
 }
 
 /// The cells of a setting that was measured.

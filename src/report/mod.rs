@@ -7,6 +7,7 @@ pub mod page;
 pub mod plots;
 pub mod replay;
 pub mod results;
+pub mod stress;
 pub mod table;
 
 mod template;

@@ -23,9 +23,16 @@ pub struct Figure {
 /// The page whose gaps hold `parts`, each with its name; what is in them is HTML.
 pub fn fill(parts: &[(&str, String)]) -> String {
     let dark = dark();
-    let parts: Vec<(&str, &str)> =
-        parts.iter().map(|(name, text)| (*name, text.as_str())).chain([("dark", dark.as_str())]).collect();
+    let named = parts.iter().map(|(name, text)| (*name, text.as_str()));
+    let parts: Vec<(&str, &str)> = named.chain([("dark", dark.as_str())]).collect();
     template::fill(TEMPLATE, &parts)
+}
+
+/// A table from its header cells and its rows, which are HTML.
+pub fn table(head: &str, rows: &str) -> String {
+    format!(
+        "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
+    )
 }
 
 /// Figures with their drawings, one below the other.
@@ -80,7 +87,9 @@ mod tests {
 
     #[test]
     fn every_gap_of_the_page_is_known() {
-        let expected = ["title", "kind", "dark", "title", "lead", "tables", "notes", "figures", "made"];
-        assert_eq!(template::gaps(TEMPLATE), expected);
+        assert_eq!(
+            template::gaps(TEMPLATE),
+            ["title", "kind", "dark", "title", "lead", "tables", "notes", "figures", "made"]
+        );
     }
 }

@@ -35,10 +35,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
 use crate::failure::Failure;
+use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::provenance::Provenance;
 use crate::scene::Source;
-use crate::scene::checks::MAX_RECORDED;
+
 use advice::Advice;
 use bench::Bench;
 use dials::Kind;
@@ -254,7 +255,7 @@ impl Shares {
 fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
     let duration = written.scene.duration_s.0;
     // Fewer frames of a large net: what is recorded has a limit.
-    let least = 2.0 * duration * written.net.n_knots() as f64 / MAX_RECORDED;
+    let least = 2.0 * duration * written.net.n_knots() as f64 / source.limits.of(Limit::Positions) as f64;
     let sample = SAMPLE * (least / SAMPLE).ceil().max(1.0);
     let sample = if duration >= 10.0 * sample { sample } else { duration };
     let mut source = source.clone();

@@ -3,3 +3,4 @@
 pub mod compare;
 pub mod cost;
 pub mod ensemble;
+pub mod stress;
