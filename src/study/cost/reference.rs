@@ -308,7 +308,7 @@ impl Reference {
         let ends = [
             ("before chaos", below(CLEAN)),
             (
-                "to the horizon",
+                if asked.is_some() { "as asked for" } else { "to the horizon" },
                 asked
                     .unwrap_or_else(|| below(TRUST))
                     .min(times.partition_point(|t| *t <= horizon) - 1)
