@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::dials::{Kind, explicit_changes, two_digits};
 use super::{Measured, Study};
-use crate::cables::explicit::stable_step;
-use crate::case::Case;
+use crate::cables::explicit::{SAFE, stable_step};
+use crate::case::{self, Case};
 use crate::provenance::Provenance;
-use crate::solver::{ContactModel, Integrator};
+use crate::solver::{CableModel, ContactModel, Integrator};
 
 /// The table that travels inside the program.
 const TABLE: &str = include_str!("../../../assets/accuracy.json");
@@ -209,7 +209,12 @@ impl Entry {
     /// What it changes in the scene of `case`.
     fn changes(&self, case: &Case) -> Vec<String> {
         if self.family == "explicit, symplectic" {
-            let step = two_digits(self.value * stable_step(&case.net));
+            // A stiff penalty may need a shorter step than the cables do.
+            let mut scene = case.scene.clone();
+            scene.solver.cables = CableModel::Explicit;
+            let safe = SAFE * case::stable_step(&scene, &case.net, case.target.as_ref());
+            let wanted = self.value * stable_step(&case.net);
+            let step = two_digits(if wanted > safe && case.target.is_some() { safe } else { wanted });
             let mut changes = explicit_changes(Integrator::Symplectic, step);
             // A response of its own stays what the scene says.
             changes.retain(|change| {
