@@ -10,9 +10,9 @@ use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Bookkeeper;
 use crate::method::{Method, Pull};
-use crate::plan::Plan;
+use crate::plan::{Plan, Setting};
 use crate::solver::ContactModel;
-use crate::state::{Body, Knots, State};
+use crate::state::{Body, Contact, Knots, State};
 use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -38,7 +38,7 @@ pub struct Simulation {
 impl Simulation {
     /// Builds what `case` calls for, and nothing else.
     pub fn new(case: &Case) -> Simulation {
-        let effects = case.scene.effects.build(&case.net);
+        let mut effects = case.scene.effects.build(&case.net);
         let mut plan = Plan {
             step: case.pace.step,
             substeps: case.pace.substeps,
@@ -49,6 +49,16 @@ impl Simulation {
         for effect in &effects {
             effect.install(&mut plan);
         }
+        let setting = Setting {
+            net: &case.net,
+            target: case.target.as_ref(),
+            solver: &case.scene.solver,
+            plan: &plan,
+            reach: case.reach(),
+        };
+        for effect in &mut effects {
+            effect.prepare(&setting);
+        }
         let state = start(case);
         Simulation {
             before: state.clone(),
@@ -57,7 +67,7 @@ impl Simulation {
             effect_times: vec![Duration::ZERO; effects.len()],
             method: Method::new(case, &plan),
             any_effect_acts: effects.iter().any(|effect| effect.acts()),
-            any_effect_pulls: effects.iter().any(|effect| effect.pulls()),
+            any_effect_pulls: effects.iter().any(|effect| effect.pulls() || effect.presses()),
             launch_energy: case.net.launch_energy().max(f64::MIN_POSITIVE),
             step: plan.step,
             state,
@@ -117,7 +127,9 @@ impl Simulation {
 
     /// What the engine consists of.
     pub fn census(&self) -> Census {
-        self.method.census()
+        let mut census = self.method.census();
+        census.colliders += self.effects.iter().map(|effect| effect.detection().0).sum::<usize>();
+        census
     }
 
     /// What each active effect installed, in words.
@@ -153,9 +165,9 @@ struct Pulling<'a> {
 }
 
 impl Pulling<'_> {
-    fn each(&mut self, act: &mut dyn FnMut(&mut dyn Effect)) {
+    fn each(&mut self, of_kind: fn(&dyn Effect) -> bool, act: &mut dyn FnMut(&mut dyn Effect)) {
         for (effect, time) in self.effects.iter_mut().zip(&mut *self.times) {
-            if effect.pulls() {
+            if of_kind(effect.as_ref()) {
                 let mut clock = Clock::start();
                 act(effect.as_mut());
                 clock.lap(time);
@@ -164,7 +176,7 @@ impl Pulling<'_> {
     }
 
     fn watch(&mut self, before: &State) {
-        self.each(&mut |effect| effect.watch(before));
+        self.each(|effect| effect.pulls() || effect.presses(), &mut |effect| effect.watch(before));
     }
 }
 
@@ -173,8 +185,18 @@ impl Pull for Pulling<'_> {
         !self.effects.is_empty()
     }
 
-    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        self.each(&mut |effect| effect.pull(knots, step, touched));
+    fn pull(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+        self.each(|effect| effect.pulls(), &mut |effect| effect.pull(knots, step, touched));
+        // Contact last: nothing then moves the net into the target.
+        if let Some(body) = target {
+            self.each(|effect| effect.presses(), &mut |effect| effect.press(knots, body, step, touched));
+        }
+    }
+
+    fn report(&self, contacts: &mut Vec<Contact>) {
+        for effect in self.effects.iter().filter(|effect| effect.presses()) {
+            effect.report(contacts);
+        }
     }
 }
 

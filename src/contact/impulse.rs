@@ -25,8 +25,9 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::friction::Law;
+use super::friction::slowing_impulse;
 use super::{Mobility, Row};
+use crate::friction::Law;
 
 /// The impulse response.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +60,7 @@ impl Impulse {
         }
         if let Some(law) = &self.friction {
             for (row, impulse) in rows.iter().zip(&mut impulses) {
-                impulse.1 = law.impulse(row, mobility, impulse.0);
+                impulse.1 = slowing_impulse(law, row, mobility, impulse.0);
             }
         }
         impulses

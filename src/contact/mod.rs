@@ -4,13 +4,21 @@
 //! pure functions from [`Row`]s to impulses. [`watch`] finds their contacts and carries each as a
 //! plane with the moving target; [`friction`] holds the laws.
 
+pub mod approach;
+pub mod cables;
 pub mod friction;
 pub mod impulse;
+pub mod pairs;
 pub mod penalty;
 pub mod rapier;
+pub mod sequential;
 pub mod watch;
 
 use nalgebra::{Matrix3, Vector3};
+
+use crate::state::Body;
+use crate::target::Target;
+use crate::target::spec::Motion;
 
 /// A contact as a response sees it, within one (sub-)step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,5 +65,32 @@ impl Mobility {
     pub fn along(&self, direction: &Vector3<f64>, arm: &Vector3<f64>) -> f64 {
         let turn = arm.cross(direction);
         self.inverse_mass * direction.norm_squared() + turn.dot(&(self.inverse_inertia * turn))
+    }
+}
+
+/// A target's mass and inertia, in the body frame; zero mobility when it is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetMobility {
+    inverse_mass: f64,
+    inverse_inertia: Matrix3<f64>,
+}
+
+impl TargetMobility {
+    /// Of `target`.
+    pub fn of(target: &Target) -> TargetMobility {
+        let free = target.motion == Motion::Free;
+        TargetMobility {
+            inverse_mass: if free { 1.0 / target.mass } else { 0.0 },
+            inverse_inertia: target.inertia.try_inverse().filter(|_| free).unwrap_or_default(),
+        }
+    }
+
+    /// As it lies now.
+    pub fn at(&self, body: &Body) -> Mobility {
+        let turn = body.attitude.to_rotation_matrix();
+        Mobility {
+            inverse_mass: self.inverse_mass,
+            inverse_inertia: turn.matrix() * self.inverse_inertia * turn.matrix().transpose(),
+        }
     }
 }

@@ -18,8 +18,9 @@
 
 use nalgebra::Vector3;
 
-use super::friction::Law;
+use super::friction::slowing_impulse;
 use super::{Mobility, Row};
+use crate::friction::Law;
 use crate::net::Net;
 use crate::solver;
 use crate::solver::PenaltyLaw;
@@ -67,7 +68,7 @@ impl Penalty {
         rows.iter()
             .map(|row| {
                 let normal = step * self.force(row.knot, -row.gap, -row.speed());
-                let across = self.friction.map(|law| law.impulse(row, mobility, normal));
+                let across = self.friction.map(|law| slowing_impulse(&law, row, mobility, normal));
                 (normal, across.unwrap_or_default())
             })
             .collect()

@@ -11,10 +11,12 @@ use nalgebra::Vector3;
 use crate::state::{Contact, State};
 use crate::world::World;
 
-/// After the world moved from `before` to `state`: what happened at each contact.
-pub fn observe(world: &World, before: &State, state: &mut State) {
+/// After the world moved from `before` to `state`: what happened at each contact, and at those that
+/// `others` adds.
+pub fn observe(world: &World, before: &State, state: &mut State, others: impl FnOnce(&mut Vec<Contact>)) {
     let mut contacts = std::mem::take(&mut state.contacts);
     world.contacts(&mut contacts);
+    others(&mut contacts);
     for contact in &mut contacts {
         weigh(contact, before, state);
     }
@@ -26,7 +28,7 @@ pub fn observe(world: &World, before: &State, state: &mut State) {
 fn weigh(contact: &mut Contact, before: &State, after: &State) {
     let surface =
         |state: &State| state.target.map_or(Vector3::zeros(), |body| body.velocity_at(contact.point));
-    let knot = 0.5 * (before.knots.velocity[contact.knot] + after.knots.velocity[contact.knot]);
+    let knot = 0.5 * (contact.at_place(&before.knots.velocity) + contact.at_place(&after.knots.velocity));
     let sliding = knot - 0.5 * (surface(before) + surface(after));
     contact.work_on_knot = contact.impulse_on_knot().dot(&knot);
     contact.loss = -contact.impulse * contact.normal.dot(&sliding);

@@ -1,22 +1,21 @@
 //! Contacts of our own responses: found by the engine's narrow phase, carried as planes.
 //!
-//! Two levels of detection (Section 4.5.1). While the box of the net and the box of the target are
-//! apart nothing is detected. Then the engine finds every knot within `reach` of a part; each
-//! becomes a plane fixed to the target, which sub-steps carry along as the target moves and turns.
-//! Detection is repeated before any knot can have come half the reach nearer.
+//! When a detection is due (see [`super::approach`]) the engine finds every knot within `reach` of a
+//! part; each becomes a plane fixed to the target, which sub-steps carry along as the target moves
+//! and turns.
 //!
 //! A plane stands for the surface near the knot: past an edge it goes on by at most half the reach,
 //! and on a curved part of radius R the knot floats by up to reach² / (8 R).
 
 use nalgebra::Vector3;
 
+use super::approach::{Approach, Look};
 use super::impulse::Impulse;
 use super::penalty::Penalty;
-use super::{Mobility, Row};
+use super::{Row, TargetMobility};
 use crate::net::Net;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
-use crate::target::spec::Motion;
 use crate::world::detector::Detector;
 
 /// A response of our own.
@@ -32,12 +31,9 @@ pub struct Watch {
     detector: Detector,
     response: Response,
     mobility: TargetMobility,
-    reach: f64,
-    bounding_radius: f64,
+    approach: Approach,
     radius: Vec<f64>,
     planes: Vec<Plane>,
-    /// How much nearer a knot may have come since the last detection [m].
-    nearer: f64,
     found: Vec<Contact>,
     /// Rows of the sub-step, with their planes; kept for its memory.
     rows: Vec<(usize, Row)>,
@@ -56,23 +52,6 @@ struct Plane {
     record: Contact,
 }
 
-/// The target's mass and inertia, in the body frame; zero mobility when it is held.
-#[derive(Clone, Copy)]
-struct TargetMobility {
-    inverse_mass: f64,
-    inverse_inertia: nalgebra::Matrix3<f64>,
-}
-
-impl TargetMobility {
-    fn at(&self, body: &Body) -> Mobility {
-        let turn = body.attitude.to_rotation_matrix();
-        Mobility {
-            inverse_mass: self.inverse_mass,
-            inverse_inertia: turn.matrix() * self.inverse_inertia * turn.matrix().transpose(),
-        }
-    }
-}
-
 /// Knots whose contacts are answered: those of a kernel, or of the state.
 pub trait Movable {
     /// Position at the start of the (sub-)step [m].
@@ -88,19 +67,13 @@ pub trait Movable {
 impl Watch {
     /// Watches `target` for the knots of `net` from the distance `reach` [m].
     pub fn new(net: &Net, target: &Target, reach: f64, response: Response) -> Watch {
-        let free = target.motion == Motion::Free;
         Watch {
             detector: Detector::new(net, target, reach),
             response,
-            mobility: TargetMobility {
-                inverse_mass: if free { 1.0 / target.mass } else { 0.0 },
-                inverse_inertia: target.inertia.try_inverse().filter(|_| free).unwrap_or_default(),
-            },
-            reach,
-            bounding_radius: target.bounding_radius,
+            mobility: TargetMobility::of(target),
+            approach: Approach::new(reach, target.bounding_radius),
             radius: net.radius.clone(),
             planes: Vec::new(),
-            nearer: f64::INFINITY,
             found: Vec::new(),
             rows: Vec::new(),
             n_detections: 0,
@@ -112,23 +85,15 @@ impl Watch {
         for plane in &mut self.planes {
             plane.record = empty_record(plane.knot, plane.part);
         }
-        if state.knots.apart_from(body, self.bounding_radius + self.reach) {
-            self.planes.clear();
-            self.nearer = f64::INFINITY;
-            return;
-        }
-        // A snap within the step may double a knot's speed; half the reach is left for that.
-        let speed = |v: &Vector3<f64>| (v - body.velocity).norm();
-        let fastest = state.knots.velocity.iter().map(speed).fold(0.0, f64::max);
-        self.nearer += step * (fastest + body.rate.norm() * self.bounding_radius);
-        if self.nearer > 0.5 * self.reach {
-            self.detect(state, body);
+        match self.approach.look(&state.knots, body, step) {
+            Look::Apart => self.planes.clear(),
+            Look::Known => {}
+            Look::Due => self.detect(state, body),
         }
     }
 
     fn detect(&mut self, state: &State, body: &Body) {
-        self.detector.detect(state, body, &mut self.found);
-        self.nearer = 0.0;
+        self.detector.detect(&state.knots, body, &mut self.found);
         self.n_detections += 1;
         self.planes.clear();
         for contact in &self.found {
@@ -238,7 +203,7 @@ impl Watch {
 
     /// Whether contacts are being looked for.
     pub fn detecting(&self) -> bool {
-        self.nearer.is_finite()
+        self.approach.near()
     }
 
     /// Number of colliders of the detector.

@@ -86,8 +86,11 @@ impl JointsMethod {
         clock.lap(&mut work.stages.world);
 
         match &mut self.watch {
-            None => rapier::observe(&self.world, before, state),
-            Some(watch) => answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step),
+            None => rapier::observe(&self.world, before, state, |contacts| pull.report(contacts)),
+            Some(watch) => {
+                answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
+                pull.report(&mut state.contacts);
+            }
         }
         failure::check(state, "contact")?;
         clock.lap(&mut work.stages.contact);
@@ -102,11 +105,15 @@ impl JointsMethod {
         if !pull.any() {
             return;
         }
-        pull.pull(&mut state.knots, self.step, &mut self.touched);
+        let target = state.target;
+        pull.pull(&mut state.knots, &mut state.target, self.step, &mut self.touched);
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
                 self.world.set_velocity(knot, &state.knots.velocity[knot]);
             }
+        }
+        if let Some(body) = state.target.filter(|body| target != Some(*body)) {
+            self.world.set_target(&body);
         }
     }
 

@@ -3,4 +3,5 @@
 pub mod capture;
 pub mod conservation;
 pub mod deployment;
+pub mod inside;
 pub mod summary;

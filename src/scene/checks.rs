@@ -3,7 +3,6 @@
 use super::schema::Scene;
 use crate::case;
 use crate::closing::trigger::Trigger;
-use crate::effects::friction::Law;
 use crate::metrics::summary::Summary;
 use crate::net::Net;
 use crate::problems::Problems;
@@ -94,14 +93,6 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
             "solver.restitution",
             format!("{} with \"penalty\"", solver.restitution),
             "0: a penalty force bounces by solver.penalty.alpha_s_m",
-        );
-    }
-    let hollars = scene.effects.friction.is_some_and(|friction| friction.law == Law::Hollars);
-    if hollars && !own_contact {
-        problems.add(
-            "effects.friction.law",
-            "\"hollars\" with solver.contact \"rapier\"",
-            "\"coulomb\", or solver.contact \"impulse\" or \"penalty\": the engine has one coefficient",
         );
     }
 }

@@ -5,76 +5,96 @@
 
 use nalgebra::Isometry3;
 use rapier3d::prelude::{
-    ActiveCollisionTypes, BroadPhaseBvh, ColliderBuilder, ColliderHandle, ColliderSet, CollisionPipeline,
-    IslandManager, NarrowPhase, RigidBodySet,
+    ActiveCollisionTypes, BroadPhaseBvh, Collider, ColliderBuilder, ColliderHandle, ColliderSet,
+    CollisionPipeline, Group, IslandManager, NarrowPhase, PhysicsHooks, RigidBodySet,
 };
 
-use super::convert::{engines_pose, engines_pose_of};
+use super::convert::{engines, engines_pose, engines_pose_of};
 use super::{KNOTS, Setup, TARGET, contact_collider, read_contacts};
 use crate::net::Net;
-use crate::state::{Body, Contact, State};
+use crate::state::{Body, Contact, Knots};
 use crate::target::Target;
 
 /// Colliders of knots and parts, moved to where they are and asked for contacts.
 pub struct Detector {
-    pipeline: CollisionPipeline,
-    islands: IslandManager,
-    broad_phase: BroadPhaseBvh,
-    narrow_phase: NarrowPhase,
-    bodies: RigidBodySet,
-    colliders: ColliderSet,
+    scan: Scan,
+    parts: Parts,
     knots: Vec<ColliderHandle>,
-    parts: Vec<(ColliderHandle, Isometry3<f64>)>,
-    reach: f64,
 }
 
 impl Detector {
     /// Finds contacts of `net` with `target` whose gap is at most `reach` [m].
     pub fn new(net: &Net, target: &Target, reach: f64) -> Detector {
-        let mut colliders = ColliderSet::new();
-        let setup = Setup::default();
-        let all = ActiveCollisionTypes::all(); // no bodies stand behind them
-        let parts = target
-            .parts
-            .iter()
-            .enumerate()
-            .map(|(index, part)| {
-                let shape = ColliderBuilder::new(part.to_parry()).active_collision_types(all);
-                (colliders.insert(contact_collider(shape, &setup, TARGET, KNOTS, index)), part.pose)
-            })
-            .collect();
-        let knots = (0..net.n_knots())
-            .map(|knot| {
-                let ball = ColliderBuilder::ball(net.radius[knot]).active_collision_types(all);
-                colliders.insert(contact_collider(ball, &setup, KNOTS, TARGET, knot))
-            })
-            .collect();
-        Detector {
+        let mut scan = Scan::new(reach);
+        let parts = Parts::insert(&mut scan, target, KNOTS);
+        let ball = |knot: usize| ColliderBuilder::ball(net.radius[knot]);
+        let knots = (0..net.n_knots()).map(|knot| scan.insert(ball(knot), KNOTS, TARGET, knot)).collect();
+        Detector { scan, parts, knots }
+    }
+
+    /// Contacts at the pose of `knots` and `body`, in the order of knots and parts.
+    pub fn detect(&mut self, knots: &Knots, body: &Body, contacts: &mut Vec<Contact>) {
+        self.parts.place(&mut self.scan, body);
+        for (&handle, position) in self.knots.iter().zip(&knots.position) {
+            if let Some(collider) = self.scan.colliders.get_mut(handle) {
+                collider.set_translation(engines(position));
+            }
+        }
+        self.scan.run(&());
+        read_contacts(&self.scan.narrow_phase, &self.scan.colliders, contacts);
+    }
+
+    /// Number of colliders.
+    pub fn n_colliders(&self) -> usize {
+        self.scan.colliders.len()
+    }
+}
+
+/// The engine's detection with colliders that no body carries.
+pub(super) struct Scan {
+    pipeline: CollisionPipeline,
+    islands: IslandManager,
+    broad_phase: BroadPhaseBvh,
+    bodies: RigidBodySet,
+    reach: f64,
+    pub(super) narrow_phase: NarrowPhase,
+    pub(super) colliders: ColliderSet,
+}
+
+impl Scan {
+    /// Finds what is at most `reach` apart [m].
+    pub(super) fn new(reach: f64) -> Scan {
+        Scan {
             pipeline: CollisionPipeline::new(),
             islands: IslandManager::new(),
             broad_phase: BroadPhaseBvh::new(),
-            narrow_phase: NarrowPhase::new(),
             bodies: RigidBodySet::new(),
-            colliders,
-            knots,
-            parts,
             reach,
+            narrow_phase: NarrowPhase::new(),
+            colliders: ColliderSet::new(),
         }
     }
 
-    /// Contacts at the pose of `state` and `body`, in the order of knots and parts.
-    pub fn detect(&mut self, state: &State, body: &Body, contacts: &mut Vec<Contact>) {
-        let pose = engines_pose_of(&body.position, &body.attitude);
-        for (handle, part) in &self.parts {
-            if let Some(collider) = self.colliders.get_mut(*handle) {
-                collider.set_position(pose * engines_pose(part));
-            }
-        }
-        for (&handle, position) in self.knots.iter().zip(&state.knots.position) {
-            if let Some(collider) = self.colliders.get_mut(handle) {
-                collider.set_translation(super::convert::engines(position));
-            }
-        }
+    /// Adds collider `index` of a group, which sees another.
+    pub(super) fn insert(
+        &mut self,
+        shape: ColliderBuilder,
+        member_of: Group,
+        sees: Group,
+        index: usize,
+    ) -> ColliderHandle {
+        // No bodies stand behind them.
+        let shape = shape.active_collision_types(ActiveCollisionTypes::all());
+        self.colliders.insert(contact_collider(shape, &Setup::default(), member_of, sees, index))
+    }
+
+    /// Collider to be moved.
+    pub(super) fn collider(&mut self, handle: ColliderHandle) -> Option<&mut Collider> {
+        self.colliders.get_mut(handle)
+    }
+
+    /// Detects where the colliders are now.
+    pub(super) fn run(&mut self, hooks: &dyn PhysicsHooks) {
         self.pipeline.step(
             self.reach,
             &mut self.islands,
@@ -82,14 +102,31 @@ impl Detector {
             &mut self.narrow_phase,
             &mut self.bodies,
             &mut self.colliders,
-            &(),
+            hooks,
             &(),
         );
-        read_contacts(&self.narrow_phase, &self.colliders, contacts);
+    }
+}
+
+/// The parts of a target in a scan, with their poses in the body frame.
+pub(super) struct Parts(Vec<(ColliderHandle, Isometry3<f64>)>);
+
+impl Parts {
+    /// Adds the parts of `target`, which see one group.
+    pub(super) fn insert(scan: &mut Scan, target: &Target, sees: Group) -> Parts {
+        let mut add = |(index, part): (usize, &crate::target::parts::ConvexPart)| {
+            (scan.insert(ColliderBuilder::new(part.to_parry()), TARGET, sees, index), part.pose)
+        };
+        Parts(target.parts.iter().enumerate().map(&mut add).collect())
     }
 
-    /// Number of colliders.
-    pub fn n_colliders(&self) -> usize {
-        self.colliders.len()
+    /// Moves them to where the body is.
+    pub(super) fn place(&self, scan: &mut Scan, body: &Body) {
+        let pose = engines_pose_of(&body.position, &body.attitude);
+        for (handle, part) in &self.0 {
+            if let Some(collider) = scan.collider(*handle) {
+                collider.set_position(pose * engines_pose(part));
+            }
+        }
     }
 }

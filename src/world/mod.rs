@@ -7,24 +7,29 @@
 //! Two levels of detection (Section 4.5.1): while the box of the net and the box of the target are
 //! apart, the knots' colliders are off and the engine detects nothing.
 
+pub mod capsules;
 mod convert;
 pub mod detector;
 pub mod settings;
+mod sliding;
 pub mod sweeps;
 
 use nalgebra::Vector3;
 use rapier3d::prelude::{
-    Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group, ImpulseJointHandle,
-    InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes, MassProperties,
-    NarrowPhase, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients, Vector,
+    ActiveHooks, Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group,
+    ImpulseJointHandle, InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes,
+    MassProperties, NarrowPhase, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType,
+    SpringCoefficients, Vector,
 };
 use rapier3d::utils::OrthonormalBasis;
 
+use crate::friction::Law;
 use crate::net::Net;
 use crate::state::{Body, Contact, Knots, Loads, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
 use convert::{engines, engines_matrix, engines_pose, engines_pose_of, our_rotation, ours};
+use sliding::Sliding;
 
 /// How the world is set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,8 +40,8 @@ pub struct Setup {
     pub substeps: u32,
     /// Coefficient of restitution of contacts [-].
     pub restitution: f64,
-    /// Coefficient of friction of contacts [-].
-    pub friction: f64,
+    /// Friction of contacts, where there is any.
+    pub friction: Option<Law>,
     /// Whether the engine finds and answers contacts.
     pub has_contacts: bool,
 }
@@ -58,6 +63,8 @@ pub struct World {
     knots: Vec<RigidBodyHandle>,
     joints: Vec<ImpulseJointHandle>,
     target: Option<TargetHandles>,
+    /// The friction law, where the engine's own, Coulomb's, is not enough.
+    sliding: Option<Sliding>,
     forces_act: bool,
 }
 
@@ -73,6 +80,7 @@ struct TargetHandles {
 
 const KNOTS: Group = Group::GROUP_1;
 const TARGET: Group = Group::GROUP_2;
+const CABLES: Group = Group::GROUP_3;
 
 impl World {
     /// Knots of `net`, and `target` where the scene has one.
@@ -108,7 +116,11 @@ impl World {
             })
             .collect();
         let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
-        World { physics, knots, joints: Vec::new(), target, forces_act: false }
+        let sliding = match setup.friction {
+            Some(law @ Law::Hollars { .. }) => Some(Sliding { law }),
+            _ => None,
+        };
+        World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
     }
 
     /// Ties two knots by a joint that pulls them together beyond `rest_length` [m] like a spring of
@@ -212,7 +224,10 @@ impl World {
     pub fn advance(&mut self, state: &mut State, sweeps: u32) {
         self.watch(state);
         self.physics.integration_parameters.num_internal_pgs_iterations = sweeps as usize;
-        self.physics.step();
+        match &self.sliding {
+            Some(sliding) => self.physics.step_with_events(sliding, &()),
+            None => self.physics.step(),
+        }
         if self.forces_act {
             // The engine keeps forces until they are taken back.
             for &handle in &self.knots {
@@ -369,7 +384,11 @@ fn contact_collider(
     builder
         .density(0.0)
         .restitution(setup.restitution)
-        .friction(setup.friction)
+        .friction(setup.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY)))
+        .active_hooks(match setup.friction {
+            Some(Law::Hollars { .. }) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
+            _ => ActiveHooks::empty(),
+        })
         .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
         .user_data(index as u128)
         .build()

@@ -1,0 +1,56 @@
+//! When to look for contacts anew: two levels of detection (Section 4.5.1).
+//!
+//! While the box of the net and the ball around the target are apart nothing is detected. After a
+//! detection that saw as far as `reach`, the next is due before anything can have come half of it
+//! nearer.
+
+use crate::state::{Body, Knots};
+
+/// How near net and target may have come since the last detection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach {
+    reach: f64,
+    bounding_radius: f64,
+    /// How much nearer a knot may have come since the last detection [m].
+    nearer: f64,
+}
+
+/// What is to be done before a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// Nothing can touch: forget what was found.
+    Apart,
+    /// What was found still stands.
+    Known,
+    /// Detect.
+    Due,
+}
+
+impl Approach {
+    /// For detections that see as far as `reach` [m], around a target of `bounding_radius` [m].
+    pub fn new(reach: f64, bounding_radius: f64) -> Approach {
+        Approach { reach, bounding_radius, nearer: f64::INFINITY }
+    }
+
+    /// Before a step of `step` seconds. After `Due` the detection is taken as done.
+    pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) -> Look {
+        if knots.apart_from(body, self.bounding_radius + self.reach) {
+            self.nearer = f64::INFINITY;
+            return Look::Apart;
+        }
+        // A snap within the step may double a knot's speed; half the reach is left for that.
+        let speed = |v: &nalgebra::Vector3<f64>| (v - body.velocity).norm();
+        let fastest = knots.velocity.iter().map(speed).fold(0.0, f64::max);
+        self.nearer += step * (fastest + body.rate.norm() * self.bounding_radius);
+        if self.nearer > 0.5 * self.reach {
+            self.nearer = 0.0;
+            return Look::Due;
+        }
+        Look::Known
+    }
+
+    /// Whether contacts are being looked for.
+    pub fn near(&self) -> bool {
+        self.nearer.is_finite()
+    }
+}

@@ -1,0 +1,277 @@
+//! Contact of whole cables with the target.
+//!
+//! A cable touches at places between its knots. The engine's narrow phase finds them with capsules;
+//! each becomes a plane fixed to the target, as for knots (see [`super::watch`]), that keeps the
+//! material place at share s of the cable outside. Both end knots bear the impulse J of a place, by
+//! the lever rule: (1 − s) J and s J. The place answers with the inverse mass
+//! (1 − s)² / m_a + s² / m_b; linear and angular momentum are kept, since the weighted mean of the
+//! knots' positions is the place.
+//!
+//! With `impulse` (and with the engine's response, which knows no rows of ours) the places are
+//! stopped together, by [`super::sequential`]; with `penalty` each by its own force, times 4 s (1 − s):
+//! so that a place that slides into a knot hands over to the knot's own contact without a jump.
+//!
+//! A place that got inside is pushed out within [`PUSH_OUT`], not at once: planes found anew differ
+//! a little from those carried along, and to undo that within a sub-step would shoot the cable off.
+
+use nalgebra::Vector3;
+
+use super::approach::{Approach, Look};
+use super::friction::slowing_impulse;
+use super::penalty::Penalty;
+use super::sequential::{self, Row as SharedRow};
+use super::{Row, TargetMobility};
+use crate::friction::Law;
+use crate::net::Net;
+use crate::state::{Along, Body, Contact, Knots};
+use crate::target::Target;
+use crate::world::capsules::CableDetector;
+
+/// Time in which an overlap is undone [s], at least a step.
+const PUSH_OUT: f64 = 1e-3;
+
+/// How a place is answered.
+pub enum Response {
+    /// Stopped, with a coefficient of restitution [-].
+    Impulse {
+        /// e [-]
+        restitution: f64,
+    },
+    /// Pushed by a force that grows with the overlap.
+    Penalty(Penalty),
+}
+
+/// The cables near the target, and how their contacts are answered.
+pub struct CableWatch {
+    detector: CableDetector,
+    response: Response,
+    friction: Option<Law>,
+    mobility: TargetMobility,
+    approach: Approach,
+    radius: Vec<f64>,
+    inverse_mass: Vec<f64>,
+    planes: Vec<Plane>,
+    found: Vec<Contact>,
+    /// Planes that act in this sub-step, and their rows; kept for their memory.
+    acting: Vec<Acting>,
+    rows: Vec<SharedRow>,
+    old: Vec<Vector3<f64>>,
+    /// Times the engine looked for contacts.
+    pub n_detections: u64,
+}
+
+/// A piece of the target's surface near a cable, in the body frame.
+struct Plane {
+    normal: Vector3<f64>,
+    /// Distance of a touching cable's middle line from the target's centre of mass, along the
+    /// normal [m].
+    height: f64,
+    /// Impulse within the last sub-step [N s].
+    impulse: f64,
+    /// Which cable and part, and what happened within the step.
+    record: Contact,
+}
+
+/// A plane that acts in a sub-step.
+struct Acting {
+    plane: usize,
+    /// As a contact of one place alone.
+    alone: Row,
+    /// Impulse of friction [N s].
+    across: Vector3<f64>,
+}
+
+impl Plane {
+    /// Where the contact is on the cable.
+    fn place(&self) -> ([(usize, f64); 2], Along) {
+        (self.record.bearers(), self.record.along.unwrap_or_default())
+    }
+}
+
+impl CableWatch {
+    /// Watches `target` for the cables of `net` from the distance `reach` [m].
+    pub fn new(
+        net: &Net,
+        target: &Target,
+        reach: f64,
+        response: Response,
+        friction: Option<Law>,
+    ) -> CableWatch {
+        CableWatch {
+            detector: CableDetector::new(net, target, reach),
+            response,
+            friction,
+            mobility: TargetMobility::of(target),
+            approach: Approach::new(reach, target.bounding_radius),
+            radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
+            inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
+            planes: Vec::new(),
+            found: Vec::new(),
+            acting: Vec::new(),
+            rows: Vec::new(),
+            old: Vec::new(),
+            n_detections: 0,
+        }
+    }
+
+    /// Before a step of `step` seconds: finds the planes anew where they are due.
+    pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) {
+        for plane in &mut self.planes {
+            plane.record = empty_record(&plane.record);
+        }
+        match self.approach.look(knots, body, step) {
+            Look::Apart => self.planes.clear(),
+            Look::Known => {}
+            Look::Due => self.detect(knots, body),
+        }
+    }
+
+    fn detect(&mut self, knots: &Knots, body: &Body) {
+        self.detector.detect(knots, body, &mut self.found);
+        self.n_detections += 1;
+        let before = std::mem::take(&mut self.planes);
+        for contact in &self.found {
+            let from_centre = contact.at_place(&knots.position) - body.position;
+            self.planes.push(Plane {
+                normal: body.attitude.inverse_transform_vector(&contact.normal),
+                height: contact.normal.dot(&from_centre) - contact.gap,
+                impulse: remembered(&before, contact),
+                record: empty_record(contact),
+            });
+        }
+    }
+
+    /// Answers the contacts of a (sub-)step of `step` seconds: changes velocities of knots and body,
+    /// and marks the knots.
+    pub fn answer(&mut self, knots: &mut Knots, body: &mut Body, step: f64, touched: &mut [bool]) {
+        if self.planes.is_empty() {
+            return;
+        }
+        self.find_acting(knots, body, step);
+        if self.acting.is_empty() {
+            return;
+        }
+        let mobility = self.mobility.at(body);
+        let before = *body;
+        self.old.clone_from(&knots.velocity);
+        match &self.response {
+            Response::Impulse { .. } => {
+                sequential::settle(&mut self.rows, &mut knots.velocity, &self.inverse_mass, body, &mobility);
+            }
+            Response::Penalty(penalty) => {
+                for (row, Acting { plane, alone, .. }) in self.rows.iter_mut().zip(&self.acting) {
+                    let share = self.planes[*plane].place().1.share;
+                    let force = penalty.force(alone.knot, -alone.gap, -alone.speed());
+                    row.impulse = step * 4.0 * share * (1.0 - share) * force;
+                }
+                for row in &self.rows {
+                    let impulse = row.impulse * row.normal;
+                    row.apply(&impulse, &mut knots.velocity, &self.inverse_mass, body, &mobility);
+                }
+            }
+        }
+        // Friction row by row at the velocities so far: it never turns a slip, so it only takes energy.
+        if let Some(law) = &self.friction {
+            for (row, Acting { alone, across, .. }) in self.rows.iter().zip(&mut self.acting) {
+                let now = Row { velocity: row.velocity(&knots.velocity, body), ..*alone };
+                *across = slowing_impulse(law, &now, &mobility, row.impulse);
+                row.apply(across, &mut knots.velocity, &self.inverse_mass, body, &mobility);
+            }
+        }
+        self.record(knots, &before, body, touched);
+    }
+
+    /// Rows of the planes that would be crossed within the step.
+    fn find_acting(&mut self, knots: &Knots, body: &Body, step: f64) {
+        let turn = body.attitude.to_rotation_matrix();
+        self.acting.clear();
+        self.rows.clear();
+        for (index, plane) in self.planes.iter_mut().enumerate() {
+            let normal = turn * plane.normal;
+            let ([(a, of_a), (b, of_b)], along) = plane.place();
+            let from_centre = plane.record.at_place(&knots.position) - body.position;
+            let gap = normal.dot(&from_centre) - plane.height;
+            let radius = self.radius[along.cable];
+            let arm = from_centre - radius * normal;
+            let place = plane.record.at_place(&knots.velocity);
+            let velocity = place - body.velocity - body.rate.cross(&arm);
+            plane.record.gap = plane.record.gap.min(gap);
+            if gap >= 0.0 && gap + step * normal.dot(&velocity) >= 0.0 {
+                plane.impulse = 0.0;
+                continue;
+            }
+            let inverse_mass = of_a * of_a * self.inverse_mass[a] + of_b * of_b * self.inverse_mass[b];
+            let row = Row { knot: a, inverse_mass, radius, normal, arm, gap, velocity };
+            self.rows.push(SharedRow {
+                knots: [(a, of_a), (b, of_b), (a, 0.0), (a, 0.0)],
+                normal,
+                arm: Some(arm),
+                least: self.response.least_speed(&row, step),
+                impulse: plane.impulse,
+            });
+            self.acting.push(Acting { plane: index, alone: row, across: Vector3::zeros() });
+        }
+    }
+
+    /// Notes impulses, work and losses. Averaged over the kick, impulse times velocity is exactly the
+    /// change of kinetic energy, of knots and target together.
+    fn record(&mut self, knots: &Knots, before: &Body, after: &Body, touched: &mut [bool]) {
+        for (row, Acting { plane, alone, across }) in self.rows.iter().zip(&self.acting) {
+            let Plane { record, impulse, .. } = &mut self.planes[*plane];
+            *impulse = row.impulse;
+            let whole = row.impulse * row.normal + across;
+            if whole == Vector3::zeros() {
+                continue;
+            }
+            for (knot, _) in record.bearers() {
+                touched[knot] = true;
+            }
+            let place = 0.5 * (record.at_place(&self.old) + record.at_place(&knots.velocity));
+            let turning = (before.rate + after.rate).cross(&alone.arm);
+            let sliding = place - 0.5 * (before.velocity + after.velocity + turning);
+            record.point = before.position + alone.arm;
+            record.normal = row.normal;
+            record.impulse += row.impulse;
+            record.friction += across;
+            record.work_on_knot += whole.dot(&place);
+            record.loss -= row.impulse * row.normal.dot(&sliding);
+            record.friction_loss -= across.dot(&sliding);
+        }
+    }
+
+    /// Adds the contacts within the step to `contacts`.
+    pub fn report(&self, contacts: &mut Vec<Contact>) {
+        contacts.extend(self.planes.iter().map(|plane| plane.record).filter(|record| record.gap.is_finite()));
+    }
+
+    /// Number of colliders of the detector.
+    pub fn n_colliders(&self) -> usize {
+        self.detector.n_colliders()
+    }
+}
+
+impl Response {
+    /// Least speed of parting at the end of a step [m/s].
+    fn least_speed(&self, row: &Row, step: f64) -> f64 {
+        let speed = row.speed();
+        match self {
+            Response::Impulse { restitution } if *restitution > 0.0 && speed < 0.0 => -restitution * speed,
+            _ if row.gap >= 0.0 => -row.gap / step,
+            _ => -row.gap / PUSH_OUT.max(step),
+        }
+    }
+}
+
+/// The impulse of the plane before that stood nearest on the same cable and part.
+fn remembered(before: &[Plane], contact: &Contact) -> f64 {
+    let place = contact.along.unwrap_or_default();
+    let same = |plane: &&Plane| plane.place().1.cable == place.cable && plane.record.part == contact.part;
+    let away = |plane: &Plane| (plane.place().1.share - place.share).abs();
+    let nearest = before.iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
+    nearest.filter(|plane| away(plane) < 0.1).map_or(0.0, |plane| plane.impulse)
+}
+
+fn empty_record(contact: &Contact) -> Contact {
+    let Contact { knot, along, part, .. } = *contact;
+    Contact { knot, along, part, gap: f64::INFINITY, ..Contact::default() }
+}

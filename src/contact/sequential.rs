@@ -1,0 +1,115 @@
+//! Unilateral rows that share knots, solved one after another.
+//!
+//! A row keeps one place of the net from the target, or two places of the net from each other. A
+//! place is a weighted mean of knots, so rows share knots, D of Eq. 4.28 is no longer diagonal and
+//! the Woodbury solve of [`super::impulse`] does not apply. The rows ask for impulses λ with
+//!
+//!   0 ≤ λ  ⟂  w = n · (velocity of the place relative to its other side) − w* ≥ 0,
+//!
+//! a linear complementarity problem with the symmetric matrix G M⁻¹ Gᵀ. Projected Gauss-Seidel
+//! passes solve it: each row in turn takes the impulse that brings its own w to zero, and never a
+//! negative sum. A row begins with what it had in the (sub-)step before, so few passes suffice.
+//!
+//! Each pass lowers the energy Σ m |v − v*|² / 2 that the problem minimises, whatever the
+//! order of the rows; ended early it leaves rows that still approach, and never energy.
+
+use nalgebra::Vector3;
+
+use super::Mobility;
+use crate::state::Body;
+
+/// Passes over the rows within a (sub-)step, at most.
+const PASSES: usize = 100;
+
+/// Passes end when none changes the speed of its row by more than this share of the fastest wanted
+/// change.
+const TOLERANCE: f64 = 1e-6;
+
+/// A row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Knots and their weights: they sum up to 1 on the side that the normal points to, and to −1 on
+    /// the other, where that is the net too.
+    pub knots: [(usize, f64); 4],
+    /// Unit normal, towards the first side.
+    pub normal: Vector3<f64>,
+    /// Where the target is touched, from its centre of mass [m]; `None`: the net itself is.
+    pub arm: Option<Vector3<f64>>,
+    /// Least speed of parting at the end, w* [m/s].
+    pub least: f64,
+    /// Impulse λ, at first that of the step before [N s].
+    pub impulse: f64,
+}
+
+impl Row {
+    /// One over the mass of both sides along `direction` [1/kg].
+    fn inverse_mass(&self, direction: &Vector3<f64>, inverse_mass: &[f64], mobility: &Mobility) -> f64 {
+        let net: f64 = self.knots.iter().map(|&(knot, weight)| weight * weight * inverse_mass[knot]).sum();
+        net + self.arm.map_or(0.0, |arm| mobility.along(direction, &arm))
+    }
+
+    /// The weighted sum of the knots' velocities [m/s].
+    pub fn velocity_of_knots(&self, velocity: &[Vector3<f64>]) -> Vector3<f64> {
+        self.knots.iter().map(|&(knot, weight)| weight * velocity[knot]).sum()
+    }
+
+    /// Velocity of the first side relative to the other [m/s].
+    pub fn velocity(&self, velocity: &[Vector3<f64>], body: &Body) -> Vector3<f64> {
+        self.velocity_of_knots(velocity)
+            - self.arm.map_or_else(Vector3::zeros, |arm| body.velocity + body.rate.cross(&arm))
+    }
+
+    /// Gives `impulse` to the first side, and takes it from the other.
+    pub fn apply(
+        &self,
+        impulse: &Vector3<f64>,
+        velocity: &mut [Vector3<f64>],
+        inverse_mass: &[f64],
+        body: &mut Body,
+        mobility: &Mobility,
+    ) {
+        for &(knot, weight) in &self.knots {
+            velocity[knot] += impulse * (weight * inverse_mass[knot]);
+        }
+        if let Some(arm) = self.arm {
+            body.velocity -= mobility.inverse_mass * impulse;
+            body.rate -= mobility.inverse_inertia * arm.cross(impulse);
+        }
+    }
+}
+
+/// Solves for the impulses of `rows`, and applies them; returns the number of passes.
+pub fn settle(
+    rows: &mut [Row],
+    velocity: &mut [Vector3<f64>],
+    inverse_mass: &[f64],
+    body: &mut Body,
+    mobility: &Mobility,
+) -> usize {
+    let mut wanted = 0.0_f64;
+    for row in rows.iter_mut() {
+        wanted = wanted.max(row.least - row.normal.dot(&row.velocity(velocity, body)));
+    }
+    for row in rows.iter_mut() {
+        row.apply(&(row.impulse * row.normal), velocity, inverse_mass, body, mobility);
+    }
+    let weights: Vec<f64> =
+        rows.iter().map(|row| row.inverse_mass(&row.normal, inverse_mass, mobility)).collect();
+    for pass in 1..=PASSES {
+        let mut largest = 0.0_f64;
+        for (row, weight) in rows.iter_mut().zip(&weights) {
+            let speed = row.normal.dot(&row.velocity(velocity, body));
+            let impulse = (row.impulse + (row.least - speed) / weight).max(0.0);
+            let change = impulse - row.impulse;
+            if change != 0.0 {
+                row.impulse = impulse;
+                row.apply(&(change * row.normal), velocity, inverse_mass, body, mobility);
+                largest = largest.max(change.abs() * weight);
+            }
+        }
+        if largest <= TOLERANCE * wanted {
+            return pass;
+        }
+    }
+    PASSES
+}

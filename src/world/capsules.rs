@@ -1,0 +1,228 @@
+//! Whole cables as the engine's narrow phase sees them: a capsule from knot to knot.
+//!
+//! A capsule sits at the middle of its cable, turned along it, and is made as long as the cable is
+//! now: by turning and moving, not by a new shape in the same place, the engine notices that what
+//! it remembers of a pair is stale.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rapier3d::prelude::{
+    ActiveHooks, ColliderBuilder, ColliderHandle, PairFilterContext, PhysicsHooks, SolverFlags,
+};
+
+use super::convert::{engines, engines_pose_of, ours};
+use super::detector::{Parts, Scan};
+use super::{CABLES, KNOTS, TARGET};
+use crate::net::Net;
+use crate::state::{Along, Body, Contact, Knots};
+use crate::target::Target;
+
+/// Two places on one cable nearer than this share of its length are one contact.
+const SAME_PLACE: f64 = 0.02;
+
+/// The capsules of a net's cables.
+struct Capsules {
+    ends: Vec<[usize; 2]>,
+    radius: Vec<f64>,
+    handles: Vec<ColliderHandle>,
+}
+
+impl Capsules {
+    fn insert(scan: &mut Scan, net: &Net, sees: rapier3d::prelude::Group, hooks: ActiveHooks) -> Capsules {
+        let ends: Vec<[usize; 2]> = net.cables.iter().map(|cable| [cable.a, cable.b]).collect();
+        let radius: Vec<f64> = (0..ends.len()).map(|cable| net.cable_radius(cable)).collect();
+        let shape = |cable: usize| {
+            let half = 0.5 * net.cables[cable].rest_length;
+            ColliderBuilder::capsule_y(half, radius[cable]).active_hooks(hooks)
+        };
+        let handles = (0..ends.len()).map(|cable| scan.insert(shape(cable), CABLES, sees, cable)).collect();
+        Capsules { ends, radius, handles }
+    }
+
+    fn place(&self, scan: &mut Scan, knots: &Knots) {
+        for (&[a, b], &handle) in self.ends.iter().zip(&self.handles) {
+            let across = knots.position[b] - knots.position[a];
+            let middle = knots.position[a] + 0.5 * across;
+            // Against the y axis any turn by half a circle will do.
+            let turn = UnitQuaternion::rotation_between(&Vector3::y(), &across)
+                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+            let Some(collider) = scan.collider(handle) else { continue };
+            collider.set_position(engines_pose_of(&middle, &turn));
+            if let Some(capsule) = collider.shape_mut().as_capsule_mut() {
+                let half = 0.5 * across.norm();
+                capsule.segment.a = engines(&Vector3::new(0.0, -half, 0.0));
+                capsule.segment.b = engines(&Vector3::new(0.0, half, 0.0));
+            }
+        }
+    }
+}
+
+/// Finds where cables are near a target.
+pub struct CableDetector {
+    scan: Scan,
+    parts: Parts,
+    capsules: Capsules,
+}
+
+impl CableDetector {
+    /// Finds contacts of the cables of `net` with `target` whose gap is at most `reach` [m].
+    pub fn new(net: &Net, target: &Target, reach: f64) -> CableDetector {
+        let mut scan = Scan::new(reach);
+        let parts = Parts::insert(&mut scan, target, CABLES);
+        let capsules = Capsules::insert(&mut scan, net, TARGET, ActiveHooks::empty());
+        CableDetector { scan, parts, capsules }
+    }
+
+    /// Contacts between the ends of cables at the pose of `knots` and `body`, in the order of cables,
+    /// parts and places; what touches at an end is the knot's business.
+    pub fn detect(&mut self, knots: &Knots, body: &Body, contacts: &mut Vec<Contact>) {
+        self.parts.place(&mut self.scan, body);
+        self.capsules.place(&mut self.scan, knots);
+        self.scan.run(&());
+        contacts.clear();
+        for pair in self.scan.narrow_phase.contact_pairs() {
+            let colliders = &self.scan.colliders;
+            let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
+            else {
+                continue;
+            };
+            let cable_is_first = first.collision_groups().memberships == CABLES;
+            let (cable, part) = if cable_is_first { (first, second) } else { (second, first) };
+            let (cable, part) = (cable.user_data as usize, part.user_data as usize);
+            let [a, b] = self.capsules.ends[cable];
+            let across = knots.position[b] - knots.position[a];
+            for manifold in pair.solver_manifolds() {
+                let normal = if cable_is_first { -manifold.data.normal } else { manifold.data.normal };
+                let normal = ours(normal);
+                for point in &manifold.points {
+                    // From the part's surface to the middle line of the cable.
+                    let on_part = if cable_is_first {
+                        second.position() * point.local_p2
+                    } else {
+                        first.position() * point.local_p1
+                    };
+                    let on_part = ours(on_part);
+                    let place = on_part + (point.dist + self.capsules.radius[cable]) * normal;
+                    let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
+                    if !(SAME_PLACE..=1.0 - SAME_PLACE).contains(&share) {
+                        continue;
+                    }
+                    contacts.push(Contact {
+                        knot: a,
+                        along: Some(Along { cable, end: b, share }),
+                        part,
+                        point: on_part,
+                        normal,
+                        gap: point.dist,
+                        ..Contact::default()
+                    });
+                }
+            }
+        }
+        let place = |contact: &Contact| contact.along.map_or((0, 0.0), |along| (along.cable, along.share));
+        contacts.sort_by(|one, other| {
+            let (one_at, other_at) = (place(one), place(other));
+            (one_at.0, one.part).cmp(&(other_at.0, other.part)).then(one_at.1.total_cmp(&other_at.1))
+        });
+        contacts.dedup_by(|later, kept| {
+            place(later).0 == place(kept).0
+                && later.part == kept.part
+                && place(later).1 - place(kept).1 < SAME_PLACE
+        });
+    }
+
+    /// Number of colliders.
+    pub fn n_colliders(&self) -> usize {
+        self.scan.colliders.len()
+    }
+}
+
+/// Finds cables and bullets of a net that are near each other.
+pub struct SelfDetector {
+    scan: Scan,
+    capsules: Capsules,
+    bullets: Vec<(usize, ColliderHandle)>,
+    tied: Tied,
+}
+
+/// Something of the net that can meet another: a cable, or the ball of a bullet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Strand {
+    /// A cable.
+    Cable(usize),
+    /// The ball of the bullet at a knot.
+    Bullet(usize),
+}
+
+impl SelfDetector {
+    /// Finds pairs of `net`, with bullets of `bullet_radius` [m], that are at most `reach` apart [m].
+    pub fn new(net: &Net, bullet_radius: f64, reach: f64) -> SelfDetector {
+        let mut scan = Scan::new(reach);
+        let hooks = ActiveHooks::FILTER_CONTACT_PAIRS;
+        let all = CABLES | KNOTS;
+        let capsules = Capsules::insert(&mut scan, net, all, hooks);
+        let ball = || ColliderBuilder::ball(bullet_radius).active_hooks(hooks);
+        let bullets = net.bullets.iter().map(|&knot| (knot, scan.insert(ball(), KNOTS, all, knot))).collect();
+        let tied = Tied { ends: capsules.ends.clone() };
+        SelfDetector { scan, capsules, bullets, tied }
+    }
+
+    /// Pairs at the positions of `knots`, the lesser first, in order.
+    pub fn detect(&mut self, knots: &Knots, pairs: &mut Vec<[Strand; 2]>) {
+        self.capsules.place(&mut self.scan, knots);
+        for &(knot, handle) in &self.bullets {
+            if let Some(collider) = self.scan.collider(handle) {
+                collider.set_translation(engines(&knots.position[knot]));
+            }
+        }
+        self.scan.run(&self.tied);
+        pairs.clear();
+        for pair in self.scan.narrow_phase.contact_pairs() {
+            let colliders = &self.scan.colliders;
+            let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
+            else {
+                continue;
+            };
+            if pair.solver_manifolds().iter().any(|manifold| !manifold.points.is_empty()) {
+                let (one, other) = (strand(first), strand(second));
+                pairs.push([one.min(other), one.max(other)]);
+            }
+        }
+        pairs.sort_unstable();
+    }
+
+    /// Number of colliders.
+    pub fn n_colliders(&self) -> usize {
+        self.scan.colliders.len()
+    }
+}
+
+fn strand(collider: &rapier3d::prelude::Collider) -> Strand {
+    let index = collider.user_data as usize;
+    if collider.collision_groups().memberships == CABLES {
+        Strand::Cable(index)
+    } else {
+        Strand::Bullet(index)
+    }
+}
+
+/// Keeps apart what a knot ties together: it always touches there.
+struct Tied {
+    ends: Vec<[usize; 2]>,
+}
+
+impl Tied {
+    fn knots(&self, strand: Strand) -> [usize; 2] {
+        match strand {
+            Strand::Cable(cable) => self.ends[cable],
+            Strand::Bullet(knot) => [knot, knot],
+        }
+    }
+}
+
+impl PhysicsHooks for Tied {
+    fn filter_contact_pair(&self, context: &PairFilterContext) -> Option<SolverFlags> {
+        let [first, second] = [context.collider1, context.collider2].map(|c| context.colliders.get(c));
+        let [one, other] = [self.knots(strand(first?)), self.knots(strand(second?))];
+        (!one.iter().any(|knot| other.contains(knot))).then(SolverFlags::empty)
+    }
+}
