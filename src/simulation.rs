@@ -193,9 +193,9 @@ impl Pull for Pulling<'_> {
         }
     }
 
-    fn report(&self, contacts: &mut Vec<Contact>) {
+    fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
         for effect in self.effects.iter().filter(|effect| effect.presses()) {
-            effect.report(contacts);
+            effect.report(before, after, contacts);
         }
     }
 }

@@ -20,7 +20,7 @@ use super::approach::{Approach, Look};
 use super::friction::slowing_impulse;
 use super::penalty::Penalty;
 use super::sequential::{self, Row as SharedRow};
-use super::{Row, TargetMobility};
+use super::{Row, Tally, TargetMobility};
 use crate::friction::Law;
 use crate::net::Net;
 use crate::state::{Along, Body, Contact, Knots};
@@ -55,7 +55,6 @@ pub struct CableWatch {
     /// Planes that act in this sub-step, and their rows; kept for their memory.
     acting: Vec<Acting>,
     rows: Vec<SharedRow>,
-    old: Vec<Vector3<f64>>,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
 }
@@ -70,6 +69,7 @@ struct Plane {
     impulse: f64,
     /// Which cable and part, and what happened within the step.
     record: Contact,
+    tally: Tally,
 }
 
 /// A plane that acts in a sub-step.
@@ -109,7 +109,6 @@ impl CableWatch {
             found: Vec::new(),
             acting: Vec::new(),
             rows: Vec::new(),
-            old: Vec::new(),
             n_detections: 0,
         }
     }
@@ -118,6 +117,7 @@ impl CableWatch {
     pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) {
         for plane in &mut self.planes {
             plane.record = empty_record(&plane.record);
+            plane.tally = Tally::default();
         }
         match self.approach.look(knots, body, step) {
             Look::Apart => self.planes.clear(),
@@ -137,6 +137,7 @@ impl CableWatch {
                 height: contact.normal.dot(&from_centre) - contact.gap,
                 impulse: remembered(&before, contact),
                 record: empty_record(contact),
+                tally: Tally::default(),
             });
         }
     }
@@ -153,7 +154,6 @@ impl CableWatch {
         }
         let mobility = self.mobility.at(body);
         let before = *body;
-        self.old.clone_from(&knots.velocity);
         match &self.response {
             Response::Impulse { .. } => {
                 sequential::settle(&mut self.rows, &mut knots.velocity, &self.inverse_mass, body, &mobility);
@@ -178,7 +178,7 @@ impl CableWatch {
                 row.apply(across, &mut knots.velocity, &self.inverse_mass, body, &mobility);
             }
         }
-        self.record(knots, &before, body, touched);
+        self.record(&before, body, touched);
     }
 
     /// Rows of the planes that would be crossed within the step.
@@ -213,11 +213,10 @@ impl CableWatch {
         }
     }
 
-    /// Notes impulses, work and losses. Averaged over the kick, impulse times velocity is exactly the
-    /// change of kinetic energy, of knots and target together.
-    fn record(&mut self, knots: &Knots, before: &Body, after: &Body, touched: &mut [bool]) {
+    /// Notes the impulses, while the body went from `before` to `after`.
+    fn record(&mut self, before: &Body, after: &Body, touched: &mut [bool]) {
         for (row, Acting { plane, alone, across }) in self.rows.iter().zip(&self.acting) {
-            let Plane { record, impulse, .. } = &mut self.planes[*plane];
+            let Plane { record, tally, impulse, .. } = &mut self.planes[*plane];
             *impulse = row.impulse;
             let whole = row.impulse * row.normal + across;
             if whole == Vector3::zeros() {
@@ -226,22 +225,23 @@ impl CableWatch {
             for (knot, _) in record.bearers() {
                 touched[knot] = true;
             }
-            let place = 0.5 * (record.at_place(&self.old) + record.at_place(&knots.velocity));
             let turning = (before.rate + after.rate).cross(&alone.arm);
-            let sliding = place - 0.5 * (before.velocity + after.velocity + turning);
+            let surface = 0.5 * (before.velocity + after.velocity + turning);
             record.point = before.position + alone.arm;
             record.normal = row.normal;
             record.impulse += row.impulse;
             record.friction += across;
-            record.work_on_knot += whole.dot(&place);
-            record.loss -= row.impulse * row.normal.dot(&sliding);
-            record.friction_loss -= across.dot(&sliding);
+            tally.add(&(row.impulse * row.normal), across, &surface);
         }
     }
 
-    /// Adds the contacts within the step to `contacts`.
-    pub fn report(&self, contacts: &mut Vec<Contact>) {
-        contacts.extend(self.planes.iter().map(|plane| plane.record).filter(|record| record.gap.is_finite()));
+    /// Adds the contacts within the step from `before` to `after` to `contacts`.
+    pub fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
+        for plane in self.planes.iter().filter(|plane| plane.record.gap.is_finite()) {
+            let mut contact = plane.record;
+            plane.tally.weigh(&mut contact, before, after);
+            contacts.push(contact);
+        }
     }
 
     /// Number of colliders of the detector.
@@ -257,7 +257,7 @@ impl Response {
         match self {
             Response::Impulse { restitution } if *restitution > 0.0 && speed < 0.0 => -restitution * speed,
             _ if row.gap >= 0.0 => -row.gap / step,
-            _ => -row.gap / PUSH_OUT.max(step),
+            _ => (-row.gap).min(row.radius) / PUSH_OUT.max(step),
         }
     }
 }

@@ -8,15 +8,20 @@
 
 use nalgebra::Vector3;
 
-use crate::state::{Contact, State};
+use crate::state::{Contact, Knots, State};
 use crate::world::World;
 
 /// After the world moved from `before` to `state`: what happened at each contact, and at those that
 /// `others` adds.
-pub fn observe(world: &World, before: &State, state: &mut State, others: impl FnOnce(&mut Vec<Contact>)) {
+pub fn observe(
+    world: &World,
+    before: &State,
+    state: &mut State,
+    others: impl FnOnce(&mut Vec<Contact>, &Knots),
+) {
     let mut contacts = std::mem::take(&mut state.contacts);
     world.contacts(&mut contacts);
-    others(&mut contacts);
+    others(&mut contacts, &state.knots);
     for contact in &mut contacts {
         weigh(contact, before, state);
     }

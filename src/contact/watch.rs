@@ -12,9 +12,9 @@ use nalgebra::Vector3;
 use super::approach::{Approach, Look};
 use super::impulse::Impulse;
 use super::penalty::Penalty;
-use super::{Row, TargetMobility};
+use super::{Row, Tally, TargetMobility};
 use crate::net::Net;
-use crate::state::{Body, Contact, State};
+use crate::state::{Body, Contact, Knots, State};
 use crate::target::Target;
 use crate::world::detector::Detector;
 
@@ -50,6 +50,7 @@ struct Plane {
     height: f64,
     /// What happened at it within the step.
     record: Contact,
+    tally: Tally,
 }
 
 /// Knots whose contacts are answered: those of a kernel, or of the state.
@@ -84,6 +85,7 @@ impl Watch {
     pub fn look(&mut self, state: &State, body: &Body, step: f64) {
         for plane in &mut self.planes {
             plane.record = empty_record(plane.knot, plane.part);
+            plane.tally = Tally::default();
         }
         match self.approach.look(&state.knots, body, step) {
             Look::Apart => self.planes.clear(),
@@ -104,6 +106,7 @@ impl Watch {
                 normal: body.attitude.inverse_transform_vector(&contact.normal),
                 height: contact.normal.dot(&from_centre) - contact.gap,
                 record: empty_record(contact.knot, contact.part),
+                tally: Tally::default(),
             });
         }
     }
@@ -175,30 +178,26 @@ impl Watch {
             if impulse == Vector3::zeros() {
                 continue;
             }
-            let old = knots.velocity(row.knot);
             knots.push(row.knot, &impulse);
             touched(row.knot);
-            // Averages over the kick: impulse times average velocity is exactly the change of
-            // kinetic energy, of knots and target together.
-            let new = knots.velocity(row.knot);
-            let arm = row.arm;
-            let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&arm));
-            let sliding = 0.5 * (old + new) - surface;
-            let record = &mut self.planes[*index].record;
-            record.point = before.position + arm;
+            let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&row.arm));
+            let Plane { record, tally, .. } = &mut self.planes[*index];
+            record.point = before.position + row.arm;
             record.normal = row.normal;
             record.impulse += normal;
             record.friction += across;
-            record.work_on_knot += impulse.dot(&(0.5 * (old + new)));
-            record.loss -= normal * row.normal.dot(&sliding);
-            record.friction_loss -= across.dot(&sliding);
+            tally.add(&(*normal * row.normal), across, &surface);
         }
     }
 
-    /// The contacts within the step.
-    pub fn report(&self, contacts: &mut Vec<Contact>) {
+    /// The contacts within the step from `before` to `after`.
+    pub fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
         contacts.clear();
-        contacts.extend(self.planes.iter().map(|plane| plane.record).filter(|record| record.gap.is_finite()));
+        for plane in self.planes.iter().filter(|plane| plane.record.gap.is_finite()) {
+            let mut contact = plane.record;
+            plane.tally.weigh(&mut contact, before, after);
+            contacts.push(contact);
+        }
     }
 
     /// Whether contacts are being looked for.

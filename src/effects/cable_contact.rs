@@ -85,9 +85,9 @@ impl Effect for Active {
         }
     }
 
-    fn report(&self, contacts: &mut Vec<Contact>) {
+    fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
         if let Some(watch) = &self.watch {
-            watch.report(contacts);
+            watch.report(before, after, contacts);
         }
     }
 

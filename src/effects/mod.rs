@@ -61,8 +61,8 @@ pub trait Effect: Send {
     /// velocities of knots and target, and marks the knots it changed.
     fn press(&mut self, _knots: &mut Knots, _body: &mut Body, _step: f64, _touched: &mut [bool]) {}
 
-    /// Adds the contacts it answered within the step.
-    fn report(&self, _contacts: &mut Vec<Contact>) {}
+    /// Adds the contacts it answered within the step from `before` to `after`.
+    fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
 
     /// Colliders it has the engine detect with, times it did, since the start.
     fn detection(&self) -> (usize, u64) {

@@ -50,9 +50,10 @@ impl ExplicitMethod {
         }
     }
 
-    /// One step.
+    /// One step from `before`.
     pub fn advance(
         &mut self,
+        before: &State,
         state: &mut State,
         work: &mut Work,
         pull: &mut dyn Pull,
@@ -86,10 +87,10 @@ impl ExplicitMethod {
         clock.lap(&mut work.stages.cables);
 
         if let Some(watch) = &self.watch {
-            watch.report(&mut state.contacts);
+            watch.report(&before.knots, &state.knots, &mut state.contacts);
             work.detections = watch.n_detections;
         }
-        pull.report(&mut state.contacts);
+        pull.report(&before.knots, &state.knots, &mut state.contacts);
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
         Ok(())

@@ -59,7 +59,7 @@ impl JointsMethod {
     ) -> Result<(), Failure> {
         if let Some(flight) = &mut self.flight {
             if self.world.apart(state) {
-                return flight.advance(state, work, pull);
+                return flight.advance(before, state, work, pull);
             }
             // The engine takes over what the explicit net has flown to.
             self.world.write(state);
@@ -86,10 +86,12 @@ impl JointsMethod {
         clock.lap(&mut work.stages.world);
 
         match &mut self.watch {
-            None => rapier::observe(&self.world, before, state, |contacts| pull.report(contacts)),
+            None => rapier::observe(&self.world, before, state, |contacts, after| {
+                pull.report(&before.knots, after, contacts);
+            }),
             Some(watch) => {
                 answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
-                pull.report(&mut state.contacts);
+                pull.report(&before.knots, &state.knots, &mut state.contacts);
             }
         }
         failure::check(state, "contact")?;
@@ -170,7 +172,7 @@ fn answer(
         end.rate = body.rate;
         world.set_target(end);
     }
-    watch.report(&mut state.contacts);
+    watch.report(&before.knots, &state.knots, &mut state.contacts);
 }
 
 /// Knots at the positions of the start of the step, with the velocities of its end.

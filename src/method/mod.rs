@@ -49,7 +49,7 @@ impl Method {
     ) -> Result<(), Failure> {
         match self {
             Method::Joints(method) => method.advance(before, state, work, pull),
-            Method::Explicit(method) => method.advance(state, work, pull),
+            Method::Explicit(method) => method.advance(before, state, work, pull),
         }
     }
 
@@ -78,8 +78,8 @@ pub trait Pull {
     /// marks the knots it changed.
     fn pull(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]);
 
-    /// Adds the contacts it answered within the step.
-    fn report(&self, contacts: &mut Vec<Contact>);
+    /// Adds the contacts it answered within the step from `before` to `after`.
+    fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>);
 }
 
 /// The watch over the target for a response of our own; none for the engine's, or without a target.

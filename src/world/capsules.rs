@@ -15,9 +15,14 @@ use super::{CABLES, KNOTS, TARGET};
 use crate::net::Net;
 use crate::state::{Along, Body, Contact, Knots};
 use crate::target::Target;
+use crate::target::parts::ConvexPart;
 
 /// Two places on one cable nearer than this share of its length are one contact.
 const SAME_PLACE: f64 = 0.02;
+
+/// How far a part may reach beyond a plane that is to bound it [m]: what the engine's closest points
+/// may err.
+const BEYOND: f64 = 1e-5;
 
 /// The capsules of a net's cables.
 struct Capsules {
@@ -60,6 +65,7 @@ impl Capsules {
 pub struct CableDetector {
     scan: Scan,
     parts: Parts,
+    solids: Vec<ConvexPart>,
     capsules: Capsules,
 }
 
@@ -69,7 +75,7 @@ impl CableDetector {
         let mut scan = Scan::new(reach);
         let parts = Parts::insert(&mut scan, target, CABLES);
         let capsules = Capsules::insert(&mut scan, net, TARGET, ActiveHooks::empty());
-        CableDetector { scan, parts, capsules }
+        CableDetector { scan, parts, solids: target.parts.clone(), capsules }
     }
 
     /// Contacts between the ends of cables at the pose of `knots` and `body`, in the order of cables,
@@ -103,7 +109,9 @@ impl CableDetector {
                     let on_part = ours(on_part);
                     let place = on_part + (point.dist + self.capsules.radius[cable]) * normal;
                     let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
-                    if !(SAME_PLACE..=1.0 - SAME_PLACE).contains(&share) {
+                    if !(SAME_PLACE..=1.0 - SAME_PLACE).contains(&share)
+                        || !self.bounds(part, body, &normal, &on_part)
+                    {
                         continue;
                     }
                     contacts.push(Contact {
@@ -128,6 +136,17 @@ impl CableDetector {
                 && later.part == kept.part
                 && place(later).1 - place(kept).1 < SAME_PLACE
         });
+    }
+
+    /// Whether the plane through `point` with `normal` has all of a part behind it.
+    ///
+    /// Of a cable across an edge the engine gives, beside the closest point, places over the faces at
+    /// both sides, with the normal of the edge: planes through these cut into the part.
+    fn bounds(&self, part: usize, body: &Body, normal: &Vector3<f64>, point: &Vector3<f64>) -> bool {
+        let in_body = |v: Vector3<f64>| body.attitude.inverse_transform_vector(&v);
+        let (normal, point) = (in_body(*normal), in_body(point - body.position));
+        let furthest = self.solids[part].support(&normal);
+        normal.dot(&(furthest - point)) <= BEYOND
     }
 
     /// Number of colliders.
