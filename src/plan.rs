@@ -34,6 +34,8 @@ pub struct Setting<'a> {
     pub plan: &'a Plan,
     /// Distance from which responses of our own watch the net [m].
     pub reach: f64,
+    /// Speed of contact that steps are chosen for [m/s].
+    pub contact_speed: f64,
 }
 
 impl Plan {

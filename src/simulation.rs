@@ -55,6 +55,7 @@ impl Simulation {
             solver: &case.scene.solver,
             plan: &plan,
             reach: case.reach(),
+            contact_speed: case.contact_speed(),
         };
         for effect in &mut effects {
             effect.prepare(&setting);

@@ -8,11 +8,15 @@
 //! knots' positions is the place.
 //!
 //! With `impulse` (and with the engine's response, which knows no rows of ours) the places are
-//! stopped together, by [`super::sequential`]; with `penalty` each by its own force, times 4 s (1 − s):
-//! so that a place that slides into a knot hands over to the knot's own contact without a jump.
+//! stopped together, by [`super::sequential`]; with `penalty` each by its own force, of an overlap
+//! no deeper than that for which the step is chosen.
 //!
 //! A place that got inside is pushed out within [`PUSH_OUT`], not at once: planes found anew differ
 //! a little from those carried along, and to undo that within a sub-step would shoot the cable off.
+//!
+//! **Cables of the engine** pull after our contact has acted, so a taut cable would be drawn in by
+//! T h² / m in every step. What the engine changed the velocity of a place by in the last step is
+//! expected again, as far as the place was pressed then: the row asks for that much more.
 
 use nalgebra::Vector3;
 
@@ -23,6 +27,7 @@ use super::sequential::{self, Row as SharedRow};
 use super::{Row, Tally, TargetMobility};
 use crate::friction::Law;
 use crate::net::Net;
+use crate::solver::CableModel;
 use crate::state::{Along, Body, Contact, Knots};
 use crate::target::Target;
 use crate::world::capsules::CableDetector;
@@ -38,7 +43,12 @@ pub enum Response {
         restitution: f64,
     },
     /// Pushed by a force that grows with the overlap.
-    Penalty(Penalty),
+    Penalty {
+        /// The force.
+        force: Penalty,
+        /// Speed at which its step is stable [m/s].
+        speed: f64,
+    },
 }
 
 /// The cables near the target, and how their contacts are answered.
@@ -48,6 +58,10 @@ pub struct CableWatch {
     friction: Option<Law>,
     mobility: TargetMobility,
     approach: Approach,
+    /// What the engine changed velocities by in the last step, where it moves the cables.
+    engine: Option<EngineShare>,
+    /// Deepest overlap that a force of a knot's contact may grow to [m].
+    deepest: Vec<f64>,
     radius: Vec<f64>,
     inverse_mass: Vec<f64>,
     planes: Vec<Plane>,
@@ -57,6 +71,15 @@ pub struct CableWatch {
     rows: Vec<SharedRow>,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
+}
+
+/// What the engine changed the knots' velocities by.
+#[derive(Default)]
+struct EngineShare {
+    /// After our contact had acted [m/s].
+    given: Vec<Vector3<f64>>,
+    /// By the engine since then [m/s].
+    change: Vec<Vector3<f64>>,
 }
 
 /// A piece of the target's surface near a cable, in the body frame.
@@ -89,15 +112,25 @@ impl Plane {
 }
 
 impl CableWatch {
-    /// Watches `target` for the cables of `net` from the distance `reach` [m].
+    /// Watches `target` for the cables of `net` from the distance `reach` [m]; cables may be joints
+    /// of the engine.
     pub fn new(
         net: &Net,
         target: &Target,
         reach: f64,
         response: Response,
         friction: Option<Law>,
+        cables: CableModel,
     ) -> CableWatch {
+        let deepest = match &response {
+            Response::Impulse { .. } => Vec::new(),
+            Response::Penalty { force, speed } => {
+                (0..net.n_knots()).map(|knot| force.deepest(net, knot, *speed)).collect()
+            }
+        };
         CableWatch {
+            engine: (cables == CableModel::Joints).then(EngineShare::default),
+            deepest,
             detector: CableDetector::new(net, target, reach),
             response,
             friction,
@@ -118,6 +151,10 @@ impl CableWatch {
         for plane in &mut self.planes {
             plane.record = empty_record(&plane.record);
             plane.tally = Tally::default();
+        }
+        if let Some(EngineShare { given, change }) = &mut self.engine {
+            change.clear();
+            change.extend(knots.velocity.iter().zip(given).map(|(now, given)| now - *given));
         }
         match self.approach.look(knots, body, step) {
             Look::Apart => self.planes.clear(),
@@ -149,20 +186,25 @@ impl CableWatch {
             return;
         }
         self.find_acting(knots, body, step);
-        if self.acting.is_empty() {
-            return;
+        if !self.acting.is_empty() {
+            self.respond(knots, body, step, touched);
         }
+        if let Some(share) = &mut self.engine {
+            share.given.clone_from(&knots.velocity);
+        }
+    }
+
+    fn respond(&mut self, knots: &mut Knots, body: &mut Body, step: f64, touched: &mut [bool]) {
         let mobility = self.mobility.at(body);
         let before = *body;
         match &self.response {
             Response::Impulse { .. } => {
                 sequential::settle(&mut self.rows, &mut knots.velocity, &self.inverse_mass, body, &mobility);
             }
-            Response::Penalty(penalty) => {
-                for (row, Acting { plane, alone, .. }) in self.rows.iter_mut().zip(&self.acting) {
-                    let share = self.planes[*plane].place().1.share;
-                    let force = penalty.force(alone.knot, -alone.gap, -alone.speed());
-                    row.impulse = step * 4.0 * share * (1.0 - share) * force;
+            Response::Penalty { force, .. } => {
+                for (row, Acting { alone, .. }) in self.rows.iter_mut().zip(&self.acting) {
+                    let depth = (-alone.gap).min(self.deepest[alone.knot]);
+                    row.impulse = step * force.force(alone.knot, depth, -alone.speed());
                 }
                 for row in &self.rows {
                     let impulse = row.impulse * row.normal;
@@ -196,17 +238,21 @@ impl CableWatch {
             let place = plane.record.at_place(&knots.velocity);
             let velocity = place - body.velocity - body.rate.cross(&arm);
             plane.record.gap = plane.record.gap.min(gap);
-            if gap >= 0.0 && gap + step * normal.dot(&velocity) >= 0.0 {
+            let inverse_mass = of_a * of_a * self.inverse_mass[a] + of_b * of_b * self.inverse_mass[b];
+            let pull = self.engine.as_ref().filter(|_| plane.impulse > 0.0).map_or(0.0, |engine| {
+                let inwards = -normal.dot(&plane.record.at_place(&engine.change));
+                inwards.clamp(0.0, plane.impulse * inverse_mass)
+            });
+            if gap >= 0.0 && gap + step * (normal.dot(&velocity) - pull) >= 0.0 {
                 plane.impulse = 0.0;
                 continue;
             }
-            let inverse_mass = of_a * of_a * self.inverse_mass[a] + of_b * of_b * self.inverse_mass[b];
             let row = Row { knot: a, inverse_mass, radius, normal, arm, gap, velocity };
             self.rows.push(SharedRow {
                 knots: [(a, of_a), (b, of_b), (a, 0.0), (a, 0.0)],
                 normal,
                 arm: Some(arm),
-                least: self.response.least_speed(&row, step),
+                least: self.response.least_speed(&row, step) + pull,
                 impulse: plane.impulse,
             });
             self.acting.push(Acting { plane: index, alone: row, across: Vector3::zeros() });

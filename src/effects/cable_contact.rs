@@ -50,16 +50,19 @@ impl Effect for Active {
     }
 
     fn prepare(&mut self, setting: &Setting<'_>) {
-        let Setting { net, target, solver, plan, reach } = *setting;
+        let Setting { net, target, solver, plan, reach, .. } = *setting;
         let Some(target) = target else { return };
         let response = match solver.contact {
-            ContactModel::Penalty => Response::Penalty(Penalty::new(net, &solver.penalty, None)),
+            ContactModel::Penalty => Response::Penalty {
+                force: Penalty::new(net, &solver.penalty, None),
+                speed: setting.contact_speed,
+            },
             ContactModel::Rapier | ContactModel::Impulse => {
                 Response::Impulse { restitution: plan.restitution }
             }
         };
         self.step = plan.step;
-        self.watch = Some(CableWatch::new(net, target, reach, response, plan.friction));
+        self.watch = Some(CableWatch::new(net, target, reach, response, plan.friction, solver.cables));
     }
 
     fn installs(&self) -> String {

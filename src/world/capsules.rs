@@ -20,6 +20,10 @@ use crate::target::parts::ConvexPart;
 /// Two places on one cable nearer than this share of its length are one contact.
 const SAME_PLACE: f64 = 0.02;
 
+/// A place nearer to a knot than this share of the cable is left to the knot. Not more: a knot that
+/// rests on a face a little beyond an edge leaves its cable to cut into that edge.
+const AT_KNOT: f64 = 1e-3;
+
 /// How far a part may reach beyond a plane that is to bound it [m]: what the engine's closest points
 /// may err.
 const BEYOND: f64 = 1e-5;
@@ -109,7 +113,7 @@ impl CableDetector {
                     let on_part = ours(on_part);
                     let place = on_part + (point.dist + self.capsules.radius[cable]) * normal;
                     let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
-                    if !(SAME_PLACE..=1.0 - SAME_PLACE).contains(&share)
+                    if !(AT_KNOT..=1.0 - AT_KNOT).contains(&share)
                         || !self.bounds(part, body, &normal, &on_part)
                     {
                         continue;
