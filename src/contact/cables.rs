@@ -14,26 +14,29 @@
 //! A place that got inside is pushed out within [`PUSH_OUT`], not at once: planes found anew differ
 //! a little from those carried along, and to undo that within a sub-step would shoot the cable off.
 //!
-//! **Cables of the engine** pull after our contact has acted, so a taut cable would be drawn in by
-//! T h² / m in every step. What the engine changed the velocity of a place by in the last step is
-//! expected again, as far as the place was pressed then: the row asks for that much more.
+//! Cables of the engine pull after our contact has acted: rows of ours then look ahead, with
+//! [`super::preview`].
 
 use nalgebra::Vector3;
 
 use super::approach::{Approach, Look};
 use super::friction::slowing_impulse;
 use super::penalty::Penalty;
+use super::preview::Preview;
 use super::sequential::{self, Row as SharedRow};
 use super::{Row, Tally, TargetMobility};
 use crate::friction::Law;
 use crate::net::Net;
 use crate::solver::CableModel;
-use crate::state::{Along, Body, Contact, Knots};
+use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
 use crate::world::capsules::CableDetector;
 
 /// Time in which an overlap is undone [s], at least a step.
 const PUSH_OUT: f64 = 1e-3;
+
+/// Speed that the engine's cables may give a place within a step [m/s]: nearer than that, it has a row.
+const DRAWN_IN: f64 = 1.0;
 
 /// How a place is answered.
 pub enum Response {
@@ -58,8 +61,8 @@ pub struct CableWatch {
     friction: Option<Law>,
     mobility: TargetMobility,
     approach: Approach,
-    /// What the engine changed velocities by in the last step, where it moves the cables.
-    engine: Option<EngineShare>,
+    /// The engine's rows, where it moves the cables.
+    preview: Option<Preview>,
     /// Deepest overlap that a force of a knot's contact may grow to [m].
     deepest: Vec<f64>,
     radius: Vec<f64>,
@@ -69,17 +72,9 @@ pub struct CableWatch {
     /// Planes that act in this sub-step, and their rows; kept for their memory.
     acting: Vec<Acting>,
     rows: Vec<SharedRow>,
+    scratch: Vec<Vector3<f64>>,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
-}
-
-/// What the engine changed the knots' velocities by.
-#[derive(Default)]
-struct EngineShare {
-    /// After our contact had acted [m/s].
-    given: Vec<Vector3<f64>>,
-    /// By the engine since then [m/s].
-    change: Vec<Vector3<f64>>,
 }
 
 /// A piece of the target's surface near a cable, in the body frame.
@@ -129,7 +124,7 @@ impl CableWatch {
             }
         };
         CableWatch {
-            engine: (cables == CableModel::Joints).then(EngineShare::default),
+            preview: (cables == CableModel::Joints).then(|| Preview::new(net)),
             deepest,
             detector: CableDetector::new(net, target, reach),
             response,
@@ -142,19 +137,20 @@ impl CableWatch {
             found: Vec::new(),
             acting: Vec::new(),
             rows: Vec::new(),
+            scratch: Vec::new(),
             n_detections: 0,
         }
     }
 
-    /// Before a step of `step` seconds: finds the planes anew where they are due.
-    pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) {
+    /// Before a step of `step` seconds from `state`: finds the planes anew where they are due.
+    pub fn look(&mut self, state: &State, body: &Body, step: f64) {
+        let knots = &state.knots;
+        if let Some(preview) = &mut self.preview {
+            preview.hear(&state.contacts, body);
+        }
         for plane in &mut self.planes {
             plane.record = empty_record(&plane.record);
             plane.tally = Tally::default();
-        }
-        if let Some(EngineShare { given, change }) = &mut self.engine {
-            change.clear();
-            change.extend(knots.velocity.iter().zip(given).map(|(now, given)| now - *given));
         }
         match self.approach.look(knots, body, step) {
             Look::Apart => self.planes.clear(),
@@ -189,9 +185,6 @@ impl CableWatch {
         if !self.acting.is_empty() {
             self.respond(knots, body, step, touched);
         }
-        if let Some(share) = &mut self.engine {
-            share.given.clone_from(&knots.velocity);
-        }
     }
 
     fn respond(&mut self, knots: &mut Knots, body: &mut Body, step: f64, touched: &mut [bool]) {
@@ -199,7 +192,27 @@ impl CableWatch {
         let before = *body;
         match &self.response {
             Response::Impulse { .. } => {
-                sequential::settle(&mut self.rows, &mut knots.velocity, &self.inverse_mass, body, &mobility);
+                let own = self.rows.len();
+                if let Some(preview) = &mut self.preview {
+                    preview.add(knots, body, step, &mut self.rows);
+                    self.scratch.clone_from(&knots.velocity);
+                    let (velocity, mut ahead) = (&mut self.scratch, *body);
+                    sequential::settle(&mut self.rows, velocity, &self.inverse_mass, &mut ahead, &mobility);
+                    preview.remember(&self.rows[own..]);
+                    self.rows.truncate(own);
+                    for row in &self.rows {
+                        let impulse = row.impulse * row.normal;
+                        row.apply(&impulse, &mut knots.velocity, &self.inverse_mass, body, &mobility);
+                    }
+                } else {
+                    sequential::settle(
+                        &mut self.rows,
+                        &mut knots.velocity,
+                        &self.inverse_mass,
+                        body,
+                        &mobility,
+                    );
+                }
             }
             Response::Penalty { force, .. } => {
                 for (row, Acting { alone, .. }) in self.rows.iter_mut().zip(&self.acting) {
@@ -239,11 +252,9 @@ impl CableWatch {
             let velocity = place - body.velocity - body.rate.cross(&arm);
             plane.record.gap = plane.record.gap.min(gap);
             let inverse_mass = of_a * of_a * self.inverse_mass[a] + of_b * of_b * self.inverse_mass[b];
-            let pull = self.engine.as_ref().filter(|_| plane.impulse > 0.0).map_or(0.0, |engine| {
-                let inwards = -normal.dot(&plane.record.at_place(&engine.change));
-                inwards.clamp(0.0, plane.impulse * inverse_mass)
-            });
-            if gap >= 0.0 && gap + step * (normal.dot(&velocity) - pull) >= 0.0 {
+            // The engine's cables may draw in what is not yet coming.
+            let margin = if self.preview.is_some() { step * velocity.norm().max(DRAWN_IN) } else { 0.0 };
+            if gap >= margin && gap + step * normal.dot(&velocity) >= 0.0 {
                 plane.impulse = 0.0;
                 continue;
             }
@@ -252,7 +263,8 @@ impl CableWatch {
                 knots: [(a, of_a), (b, of_b), (a, 0.0), (a, 0.0)],
                 normal,
                 arm: Some(arm),
-                least: self.response.least_speed(&row, step) + pull,
+                least: self.response.least_speed(&row, step),
+                softness: 0.0,
                 impulse: plane.impulse,
             });
             self.acting.push(Acting { plane: index, alone: row, across: Vector3::zeros() });

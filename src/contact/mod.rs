@@ -10,6 +10,7 @@ pub mod friction;
 pub mod impulse;
 pub mod pairs;
 pub mod penalty;
+pub mod preview;
 pub mod rapier;
 pub mod sequential;
 pub mod watch;

@@ -231,6 +231,7 @@ impl PairWatch {
                 normal,
                 arm: None,
                 least: 0.0,
+                softness: 0.0,
                 impulse: pair.impulse,
             };
             let speed = normal.dot(&row.velocity_of_knots(&knots.velocity));

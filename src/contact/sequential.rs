@@ -4,7 +4,7 @@
 //! place is a weighted mean of knots, so rows share knots, D of Eq. 4.28 is no longer diagonal and
 //! the Woodbury solve of [`super::impulse`] does not apply. The rows ask for impulses λ with
 //!
-//!   0 ≤ λ  ⟂  w = n · (velocity of the place relative to its other side) − w* ≥ 0,
+//!   0 ≤ λ  ⟂  w = n · (velocity of the place relative to its other side) − w* + γ λ ≥ 0,
 //!
 //! a linear complementarity problem with the symmetric matrix G M⁻¹ Gᵀ. Projected Gauss-Seidel
 //! passes solve it: each row in turn takes the impulse that brings its own w to zero, and never a
@@ -37,6 +37,8 @@ pub struct Row {
     pub arm: Option<Vector3<f64>>,
     /// Least speed of parting at the end, w* [m/s].
     pub least: f64,
+    /// γ: by how much the row gives way to its own impulse [1/kg]; 0: not at all.
+    pub softness: f64,
     /// Impulse λ, at first that of the step before [N s].
     pub impulse: f64,
 }
@@ -94,12 +96,13 @@ pub fn settle(
         row.apply(&(row.impulse * row.normal), velocity, inverse_mass, body, mobility);
     }
     let weights: Vec<f64> =
-        rows.iter().map(|row| row.inverse_mass(&row.normal, inverse_mass, mobility)).collect();
+        rows.iter().map(|row| row.softness + row.inverse_mass(&row.normal, inverse_mass, mobility)).collect();
     for pass in 1..=PASSES {
         let mut largest = 0.0_f64;
         for (row, weight) in rows.iter_mut().zip(&weights) {
             let speed = row.normal.dot(&row.velocity(velocity, body));
-            let impulse = (row.impulse + (row.least - speed) / weight).max(0.0);
+            let short = row.least - speed - row.softness * row.impulse;
+            let impulse = (row.impulse + short / weight).max(0.0);
             let change = impulse - row.impulse;
             if change != 0.0 {
                 row.impulse = impulse;

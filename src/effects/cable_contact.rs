@@ -78,7 +78,7 @@ impl Effect for Active {
 
     fn watch(&mut self, state: &State) {
         if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
-            watch.look(&state.knots, body, self.step);
+            watch.look(state, body, self.step);
         }
     }
 
