@@ -23,7 +23,7 @@ use super::approach::{Approach, Look};
 use super::friction::slowing_impulse;
 use super::penalty::Penalty;
 use super::preview::Preview;
-use super::sequential::{self, Row as SharedRow};
+use super::sequential::{self, Bearers, Effort, Row as SharedRow};
 use super::{Row, Tally, TargetMobility};
 use crate::friction::Law;
 use crate::net::Net;
@@ -197,7 +197,14 @@ impl CableWatch {
                     preview.add(knots, body, step, &mut self.rows);
                     self.scratch.clone_from(&knots.velocity);
                     let (velocity, mut ahead) = (&mut self.scratch, *body);
-                    sequential::settle(&mut self.rows, velocity, &self.inverse_mass, &mut ahead, &mobility);
+                    sequential::settle(
+                        &mut self.rows,
+                        velocity,
+                        &self.inverse_mass,
+                        &mut ahead,
+                        &mobility,
+                        Effort::AHEAD,
+                    );
                     preview.remember(&self.rows[own..]);
                     self.rows.truncate(own);
                     for row in &self.rows {
@@ -211,6 +218,7 @@ impl CableWatch {
                         &self.inverse_mass,
                         body,
                         &mobility,
+                        Effort::WHOLE,
                     );
                 }
             }
@@ -260,7 +268,7 @@ impl CableWatch {
             }
             let row = Row { knot: a, inverse_mass, radius, normal, arm, gap, velocity };
             self.rows.push(SharedRow {
-                knots: [(a, of_a), (b, of_b), (a, 0.0), (a, 0.0)],
+                knots: Bearers::Two([(a, of_a), (b, of_b)]),
                 normal,
                 arm: Some(arm),
                 least: self.response.least_speed(&row, step),

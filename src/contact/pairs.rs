@@ -25,7 +25,7 @@ use parry3d::math::Vector as ParryVector;
 use parry3d::query::details::closest_points_segment_segment_with_locations_nD as closest_points;
 
 use super::Mobility;
-use super::sequential::{self, Row};
+use super::sequential::{self, Bearers, Effort, Row};
 use crate::net::Net;
 use crate::state::{Body, Knots, Posting};
 use crate::world::capsules::{SelfDetector, Strand};
@@ -196,12 +196,19 @@ impl PairWatch {
             rate: Vector3::zeros(),
         };
         let mobility = Mobility::default();
-        sequential::settle(&mut self.rows, &mut knots.velocity, &self.inverse_mass, &mut nobody, &mobility);
+        sequential::settle(
+            &mut self.rows,
+            &mut knots.velocity,
+            &self.inverse_mass,
+            &mut nobody,
+            &mobility,
+            Effort::WHOLE,
+        );
         for (row, &index) in self.rows.iter().zip(&self.acting) {
             self.pairs[index].impulse = row.impulse;
             if row.impulse > 0.0 {
                 self.n_acted += 1;
-                for (knot, weight) in row.knots {
+                for (knot, weight) in row.knots.all().iter().copied() {
                     self.impulses[knot] += weight * row.impulse * row.normal;
                     touched[knot] = true;
                 }
@@ -227,7 +234,7 @@ impl PairWatch {
             }
             let [[a, b], [c, d]] = pair.ends;
             let row = Row {
-                knots: [(a, 1.0 - s), (b, s), (c, t - 1.0), (d, -t)],
+                knots: Bearers::Four([(a, 1.0 - s), (b, s), (c, t - 1.0), (d, -t)]),
                 normal,
                 arm: None,
                 least: 0.0,

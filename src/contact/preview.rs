@@ -15,7 +15,7 @@
 
 use nalgebra::Vector3;
 
-use super::sequential::Row;
+use super::sequential::{Bearers, Row};
 use crate::cable::Cable;
 use crate::net::Net;
 use crate::state::{Body, Contact, Knots};
@@ -74,7 +74,7 @@ impl Preview {
             let (k, c) = (cable.stiffness, cable.damping);
             self.taut.push(index);
             rows.push(Row {
-                knots: [(cable.b, 1.0), (cable.a, -1.0), (cable.a, 0.0), (cable.a, 0.0)],
+                knots: Bearers::Two([(cable.b, 1.0), (cable.a, -1.0)]),
                 normal: -across / length,
                 arm: None,
                 least: if stretch > 0.0 { stretch / (step + c / k) } else { stretch / step },
@@ -84,7 +84,7 @@ impl Preview {
         }
         for &(knot, normal, point, impulse) in &self.held {
             rows.push(Row {
-                knots: [(knot, 1.0), (knot, 0.0), (knot, 0.0), (knot, 0.0)],
+                knots: Bearers::Two([(knot, 1.0), (knot, 0.0)]),
                 normal: body.attitude * normal,
                 arm: Some(body.attitude * point),
                 least: 0.0,
