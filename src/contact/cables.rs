@@ -12,7 +12,8 @@
 //! no deeper than that for which the step is chosen.
 //!
 //! A place that got inside is pushed out within [`PUSH_OUT`], not at once: planes found anew differ
-//! a little from those carried along, and to undo that within a sub-step would shoot the cable off.
+//! a little from those carried along, and to undo that within a sub-step would shoot the cable off. So
+//! would a force that answered such an overlap at once: it is forgiven first.
 //!
 //! Cables of the engine pull after our contact has acted: rows of ours then look ahead, with
 //! [`super::preview`].
@@ -34,6 +35,9 @@ use crate::world::capsules::CableDetector;
 
 /// Time in which an overlap is undone [s], at least a step.
 const PUSH_OUT: f64 = 1e-3;
+
+/// A place found anew within this share of the cable from one known before is the same.
+const SAME_CONTACT: f64 = 0.1;
 
 /// Speed that the engine's cables may give a place within a step [m/s]: nearer than that, it has a row.
 const DRAWN_IN: f64 = 1.0;
@@ -85,6 +89,8 @@ struct Plane {
     height: f64,
     /// Impulse within the last sub-step [N s].
     impulse: f64,
+    /// Overlap that it was found with and that no force answers, on its way to zero [m].
+    forgiven: f64,
     /// Which cable and part, and what happened within the step.
     record: Contact,
     tally: Tally,
@@ -100,6 +106,11 @@ struct Acting {
 }
 
 impl Plane {
+    /// Gap of a cable at `place` from the body's centre [m].
+    fn gap(&self, place: &Vector3<f64>, body: &Body) -> f64 {
+        (body.attitude * self.normal).dot(place) - self.height
+    }
+
     /// Where the contact is on the cable.
     fn place(&self) -> ([(usize, f64); 2], Along) {
         (self.record.bearers(), self.record.along.unwrap_or_default())
@@ -164,11 +175,17 @@ impl CableWatch {
         self.n_detections += 1;
         let before = std::mem::take(&mut self.planes);
         for contact in &self.found {
-            let from_centre = contact.at_place(&knots.position) - body.position;
+            let place = contact.at_place(&knots.position) - body.position;
+            let old = nearest(&before, contact);
+            let overlap = old.map_or(0.0, |plane| plane.forgiven - plane.gap(&place, body)).max(0.0);
             self.planes.push(Plane {
                 normal: body.attitude.inverse_transform_vector(&contact.normal),
-                height: contact.normal.dot(&from_centre) - contact.gap,
-                impulse: remembered(&before, contact),
+                height: contact.normal.dot(&place) - contact.gap,
+                impulse: old.map_or(0.0, |plane| plane.impulse),
+                forgiven: match self.response {
+                    Response::Impulse { .. } => 0.0,
+                    Response::Penalty { .. } => (-contact.gap - overlap).max(0.0),
+                },
                 record: empty_record(contact),
                 tally: Tally::default(),
             });
@@ -266,6 +283,8 @@ impl CableWatch {
                 plane.impulse = 0.0;
                 continue;
             }
+            plane.forgiven *= 1.0 - step / PUSH_OUT.max(step);
+            let gap = gap + plane.forgiven;
             let row = Row { knot: a, inverse_mass, radius, normal, arm, gap, velocity };
             self.rows.push(SharedRow {
                 knots: Bearers::Two([(a, of_a), (b, of_b)]),
@@ -328,13 +347,13 @@ impl Response {
     }
 }
 
-/// The impulse of the plane before that stood nearest on the same cable and part.
-fn remembered(before: &[Plane], contact: &Contact) -> f64 {
+/// The plane before that stood nearest on the same cable and part.
+fn nearest<'a>(before: &'a [Plane], contact: &Contact) -> Option<&'a Plane> {
     let place = contact.along.unwrap_or_default();
     let same = |plane: &&Plane| plane.place().1.cable == place.cable && plane.record.part == contact.part;
     let away = |plane: &Plane| (plane.place().1.share - place.share).abs();
     let nearest = before.iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
-    nearest.filter(|plane| away(plane) < 0.1).map_or(0.0, |plane| plane.impulse)
+    nearest.filter(|plane| away(plane) < SAME_CONTACT)
 }
 
 fn empty_record(contact: &Contact) -> Contact {
