@@ -7,6 +7,7 @@ use include_dir::{Dir, include_dir};
 static SCENARIOS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/scenarios");
 static SHAPES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/shapes");
 static MATERIALS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/materials");
+static CABINS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/cabins");
 
 /// A kind of built-in file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +18,8 @@ pub enum Kind {
     Shape,
     /// Cable materials (`assets/materials/`).
     Material,
+    /// Residual gravity and rotation of a cabin over time (`assets/cabins/`).
+    Cabin,
 }
 
 impl Kind {
@@ -25,6 +28,15 @@ impl Kind {
             Kind::Scene => &SCENARIOS,
             Kind::Shape => &SHAPES,
             Kind::Material => &MATERIALS,
+            Kind::Cabin => &CABINS,
+        }
+    }
+
+    /// How the names of its files end.
+    fn ending(self) -> &'static str {
+        match self {
+            Kind::Cabin => ".csv",
+            Kind::Scene | Kind::Shape | Kind::Material => ".json",
         }
     }
 
@@ -33,7 +45,7 @@ impl Kind {
         let mut names: Vec<_> = self
             .dir()
             .files()
-            .filter_map(|file| file.path().file_name()?.to_str()?.strip_suffix(".json"))
+            .filter_map(|file| file.path().file_name()?.to_str()?.strip_suffix(self.ending()))
             .collect();
         names.sort_unstable();
         names
@@ -41,7 +53,7 @@ impl Kind {
 
     /// Text of the built-in file called `name`.
     pub fn text(self, name: &str) -> Option<&'static str> {
-        self.dir().get_file(format!("{name}.json"))?.contents_utf8()
+        self.dir().get_file(format!("{name}{}", self.ending()))?.contents_utf8()
     }
 
     /// `a`, `b` or `c`: what a name may be, for an error message.

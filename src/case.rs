@@ -6,7 +6,8 @@ use sha2::{Digest, Sha256};
 
 use crate::cables::explicit::{self, SAFE};
 use crate::contact::penalty::Penalty;
-use crate::net::Net;
+use crate::net::{self, Net};
+use crate::plan::Plan;
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::scene::schema::Scene;
@@ -60,6 +61,7 @@ impl Case {
         let mut problems = Problems::new(&source.input);
         let case = source.scene(&mut problems).and_then(|mut scene| {
             checks::check_scene(&scene, &mut problems);
+            scene.effects.load(source.folder.as_deref(), &mut problems);
             let net = Net::build(&scene.net, &scene.launch, &mut problems);
             let target = scene
                 .target
@@ -78,14 +80,36 @@ impl Case {
                 CableModel::Explicit => pace.step / f64::from(pace.substeps),
             }));
             let hash = hash(&scene, target.as_ref());
-            Some(Case { name: source.name.clone(), scene, hash, net, target, pace })
+            let mut case = Case { name: source.name.clone(), scene, hash, net, target, pace };
+            case.disperse(0);
+            Some(case)
         });
         problems.into_result(case)
+    }
+
+    /// Shoots the bullets as they deviate in `member` of an ensemble, where the scene names a chaser.
+    pub fn disperse(&mut self, member: u64) {
+        if let Some(chaser) = &self.scene.effects.chaser {
+            self.net.shoot(chaser.disperse(net::shots(&self.scene.net, &self.scene.launch), member));
+        }
     }
 
     /// Number of steps of the run.
     pub fn n_steps(&self) -> u64 {
         (self.scene.duration_s.0 / self.pace.step).round().max(1.0) as u64
+    }
+
+    /// What its solver asks for; effects may add to it.
+    pub fn plan(&self) -> Plan {
+        let solver = &self.scene.solver;
+        Plan {
+            step: self.pace.step,
+            substeps: self.pace.substeps,
+            restitution: solver.restitution,
+            friction: None,
+            contact_by_engine: solver.contact == ContactModel::Rapier,
+            precision: solver.precision,
+        }
     }
 
     /// A sub-step at which an explicit net is stable [s].
@@ -161,6 +185,9 @@ fn hash(scene: &Scene, target: Option<&Target>) -> String {
     let mut hasher = Sha256::new();
     // A scene is plain data: strings, numbers and lists always become JSON.
     hasher.update(serde_json::to_string(scene).unwrap_or_default());
+    for number in scene.effects.loaded() {
+        hasher.update(number.to_le_bytes());
+    }
     if let Some(target) = target {
         let numbers = target.inertia.iter().chain(target.samples.iter().flat_map(|sample| sample.iter()));
         for number in numbers.chain([&target.mass, &target.hull_volume, &target.hull_surface]) {

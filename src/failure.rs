@@ -15,8 +15,8 @@ pub enum Failure {
         /// The stage after which it was found.
         stage: &'static str,
     },
-    /// The target's pose or motion is not a number.
-    #[error("at {time:.6} s the target is not a number after stage `{stage}`")]
+    /// Pose or motion of the target or the chaser is not a number.
+    #[error("at {time:.6} s the target or the chaser is not a number after stage `{stage}`")]
     Target {
         /// Simulated time [s].
         time: f64,
@@ -40,7 +40,7 @@ pub fn check(state: &State, stage: &'static str) -> Result<(), Failure> {
     if let Some(knot) = state.first_bad_knot() {
         return Err(Failure::Knot { time, knot, stage });
     }
-    if !state.target_is_sound() {
+    if !state.bodies_are_sound() {
         return Err(Failure::Target { time, stage });
     }
     Ok(())

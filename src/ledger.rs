@@ -11,18 +11,24 @@
 //! cables" is the work against them less what they hold as elastic energy: the viscous loss of
 //! Eq. 3.3, of snaps, and what the implicit step damps.
 //!
+//! What effects do at the ends of a step (fields) is booked by itself; the identity is that of the motion
+//! between.
+//!
 //! The residual is what contact impulses on the target and the target's own motion do not agree
 //! on: it shows an impulse misread, a turning body integrated badly, and a work term forgotten. It
 //! cannot show a cable that takes too much: compare with finer steps for that.
+
+use std::time::Duration;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::cable::Cable;
 use crate::effects::Effect;
 use crate::net::Net;
-use crate::state::State;
+use crate::state::{Posting, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
+use crate::work::Clock;
 
 /// Energies and works since the start [J].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -101,15 +107,30 @@ impl Bookkeeper {
             outside_angular_impulse: Vector3::zeros(),
             effect_counts: vec![0; effects.len()],
         };
-        keeper.weigh(state, effects);
+        keeper.weigh(state);
+        keeper.weigh_stored(state, effects);
         keeper.ledger.start = keeper.ledger.mechanical();
         keeper
     }
 
-    /// Books the step that led from `before` to `after`.
-    pub fn book(&mut self, before: &State, after: &State, effects: &mut [Box<dyn Effect>]) {
+    /// Books what effect `index` did at an end of a step.
+    pub fn post(&mut self, index: usize, posting: &Posting) {
+        self.ledger.effects[index] += posting.work;
+        self.outside_impulse += posting.impulse;
+        self.outside_angular_impulse += posting.angular_impulse;
+        self.effect_counts[index] += posting.count;
+    }
+
+    /// Books the step that led from `before` to `after`; adds the time that each effect took.
+    pub fn book(
+        &mut self,
+        before: &State,
+        after: &State,
+        effects: &mut [Box<dyn Effect>],
+        times: &mut [Duration],
+    ) {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
-        self.weigh(after, effects);
+        self.weigh(after);
 
         let held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
         let mut on_knots = 0.0; // work of contacts and effects on the knots
@@ -131,28 +152,34 @@ impl Bookkeeper {
         for (force, (from, to)) in after.loads.on_knots.iter().zip(moved) {
             on_knots += force.dot(&(to - from));
         }
-        for (index, effect) in effects.iter_mut().enumerate() {
+        for (index, (effect, time)) in effects.iter_mut().zip(times).enumerate() {
+            let mut clock = Clock::start();
             let posting = effect.account(before, after);
-            self.ledger.effects[index] += posting.work;
+            clock.lap(time);
             on_knots += posting.on_knots;
-            self.outside_impulse += posting.impulse;
-            self.outside_angular_impulse += posting.angular_impulse;
-            self.effect_counts[index] += posting.count;
+            self.post(index, &posting);
         }
+        // Last: an effect may settle what it stores in its account.
+        self.weigh_stored(after, effects);
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
         let by_cables = (self.ledger.kinetic_net - kinetic) - on_knots;
         self.ledger.cables -= by_cables + (self.ledger.elastic - elastic);
     }
 
-    fn weigh(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
-        let speeds = self.net_mass.iter().zip(&state.knots.velocity);
-        self.ledger.kinetic_net = speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
+    fn weigh(&mut self, state: &State) {
+        self.weigh_motion(state);
         let position = &state.knots.position;
         self.ledger.elastic = self
             .cables
             .iter()
             .map(|cable| cable.energy((position[cable.b] - position[cable.a]).norm()))
             .sum();
+    }
+
+    /// Weighs kinetic energies.
+    pub fn weigh_motion(&mut self, state: &State) {
+        let speeds = self.net_mass.iter().zip(&state.knots.velocity);
+        self.ledger.kinetic_net = speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
         self.ledger.kinetic_target = match (&self.target, &state.target) {
             // The energy of a driven target is its drive's business.
             (Some(target), Some(body)) if target.motion == Motion::Free => {
@@ -160,23 +187,30 @@ impl Bookkeeper {
             }
             _ => 0.0,
         };
+    }
+
+    /// Weighs what `effects` store.
+    pub fn weigh_stored(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
         self.ledger.stored = effects.iter().map(|effect| effect.stored_energy(state)).sum();
     }
 
-    /// Linear momentum of the net and a free target [kg m/s].
+    /// Linear momentum of the net, a free target and the chaser, where there is one [kg m/s].
     pub fn momentum(&self, state: &State) -> Vector3<f64> {
         let net: Vector3<f64> = self.net_mass.iter().zip(&state.knots.velocity).map(|(m, v)| *m * v).sum();
-        net + self.free_target(state).map_or(Vector3::zeros(), |(target, body)| target.mass * body.velocity)
+        let target =
+            self.free_target(state).map_or(Vector3::zeros(), |(target, body)| target.mass * body.velocity);
+        net + target + state.chaser.map_or(Vector3::zeros(), |chaser| chaser.momentum())
     }
 
-    /// Angular momentum of the net and a free target about the origin [kg m^2/s].
+    /// Angular momentum of the same about the origin [kg m^2/s].
     pub fn angular_momentum(&self, state: &State) -> Vector3<f64> {
         let knots = &state.knots;
         let moments = self.net_mass.iter().zip(knots.position.iter().zip(&knots.velocity));
         let net: Vector3<f64> = moments.map(|(m, (x, v))| *m * x.cross(v)).sum();
-        net + self.free_target(state).map_or(Vector3::zeros(), |(target, body)| {
+        let target = self.free_target(state).map_or(Vector3::zeros(), |(target, body)| {
             target.mass * body.position.cross(&body.velocity) + body.angular_momentum(&target.inertia)
-        })
+        });
+        net + target + state.chaser.map_or(Vector3::zeros(), |chaser| chaser.angular_momentum())
     }
 
     fn free_target<'a>(&'a self, state: &'a State) -> Option<(&'a TargetMass, &'a crate::state::Body)> {

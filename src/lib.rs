@@ -38,6 +38,7 @@
 //! | [`world`] | the engine behind our words; every engine setting |
 //! | [`cables`], [`contact`] | how tension acts; how a contact is answered |
 //! | [`closing`] | threads, winches, triggers, locks |
+//! | [`field`] | gravity and frames that turn |
 //! | [`plan`], [`effects`] | what solver and effects ask for; what a scene may call for |
 //! | [`ledger`] | where energy and momentum went |
 //! | [`scene`], [`case`](mod@case) | as written; as checked |
@@ -84,6 +85,8 @@ pub mod cables;
 pub mod contact;
 
 pub mod closing;
+
+pub mod field;
 
 pub mod plan;
 

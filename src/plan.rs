@@ -2,7 +2,7 @@
 
 use crate::friction::Law;
 use crate::net::Net;
-use crate::solver::Solver;
+use crate::solver::{Precision, Solver};
 use crate::target::Target;
 use crate::world::Setup;
 
@@ -19,6 +19,8 @@ pub struct Plan {
     pub friction: Option<Law>,
     /// Whether the engine answers contacts.
     pub contact_by_engine: bool,
+    /// Width of the engine's numbers.
+    pub precision: Precision,
 }
 
 /// What is simulated, for effects that depend on one another's wishes.
@@ -47,6 +49,7 @@ impl Plan {
             restitution: self.restitution,
             friction: self.friction,
             has_contacts: self.contact_by_engine,
+            precision: self.precision,
         }
     }
 }

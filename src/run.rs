@@ -9,7 +9,7 @@ use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Ledger;
 use crate::simulation::Simulation;
-use crate::state::{Body, State};
+use crate::state::{Body, FreeBody, State};
 use crate::work::Work;
 use crate::world::Census;
 
@@ -24,9 +24,9 @@ pub struct Frames {
     pub target: Vec<Body>,
     /// The energy ledger, T.
     pub ledger: Vec<Ledger>,
-    /// Linear momentum of net and free target [kg m/s], T.
+    /// Linear momentum of net, free target and chaser [kg m/s], T.
     pub momentum: Vec<Vector3<f64>>,
-    /// Angular momentum of net and free target about the origin [kg m^2/s], T.
+    /// Angular momentum of the same about the origin [kg m^2/s], T.
     pub angular_momentum: Vec<Vector3<f64>>,
     /// Largest cable tension since the frame before [N], T.
     pub tension: Vec<f64>,
@@ -76,13 +76,25 @@ pub struct Run {
     pub effects: Vec<(&'static str, u64)>,
     /// Names of what the effects have to say in every frame.
     pub reading_names: Vec<String>,
+    /// The chaser at the end, where there is one.
+    pub chaser: Option<FreeBody>,
     /// What the closing mechanism did, where there is one.
     pub closing: Option<Report>,
+    /// From when to when the net was tugged at [s], if it was.
+    pub tug: Option<[f64; 2]>,
     /// Wall time of the simulation, without building and metrics.
     pub wall: Duration,
 }
 
 impl Run {
+    /// What an effect had to say in every frame under `name`; empty where none did.
+    pub fn reading(&self, name: &str) -> Vec<f64> {
+        let Some(column) = self.reading_names.iter().position(|known| known == name) else {
+            return Vec::new();
+        };
+        self.frames.readings.iter().map(|readings| readings[column]).collect()
+    }
+
     /// Runs `case` to its end; `progress` hears of every frame, with the share done.
     ///
     /// # Errors
@@ -112,8 +124,10 @@ impl Run {
             census: simulation.census(),
             reading_names: simulation.reading_names(),
             closing: simulation.closing(),
+            tug: simulation.tug(),
             effects: names.into_iter().zip(simulation.books.effect_counts.iter().copied()).collect(),
-            work: simulation.work,
+            chaser: simulation.state.chaser,
+            work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },
             wall: started.elapsed(),
         })
     }

@@ -10,8 +10,7 @@ use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Bookkeeper;
 use crate::method::{Method, Pull};
-use crate::plan::{Plan, Setting};
-use crate::solver::ContactModel;
+use crate::plan::Setting;
 use crate::state::{Body, Contact, Knots, State};
 use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
@@ -28,6 +27,7 @@ pub struct Simulation {
     before: State,
     method: Method,
     effects: Vec<Box<dyn Effect>>,
+    any_effect_brackets: bool,
     any_effect_acts: bool,
     any_effect_pulls: bool,
     effect_times: Vec<Duration>,
@@ -38,14 +38,8 @@ pub struct Simulation {
 impl Simulation {
     /// Builds what `case` calls for, and nothing else.
     pub fn new(case: &Case) -> Simulation {
-        let mut effects = case.scene.effects.build(&case.net);
-        let mut plan = Plan {
-            step: case.pace.step,
-            substeps: case.pace.substeps,
-            restitution: case.scene.solver.restitution,
-            friction: None,
-            contact_by_engine: case.scene.solver.contact == ContactModel::Rapier,
-        };
+        let mut effects = case.scene.effects.build(&case.net, case.target.as_ref());
+        let mut plan = case.plan();
         for effect in &effects {
             effect.install(&mut plan);
         }
@@ -60,13 +54,17 @@ impl Simulation {
         for effect in &mut effects {
             effect.prepare(&setting);
         }
-        let state = start(case);
+        let mut state = start(case);
+        for effect in &effects {
+            effect.begin(&mut state);
+        }
         Simulation {
             before: state.clone(),
             books: Bookkeeper::open(&case.net, case.target.as_ref(), &effects, &state),
             work: Work::default(),
             effect_times: vec![Duration::ZERO; effects.len()],
             method: Method::new(case, &plan),
+            any_effect_brackets: effects.iter().any(|effect| effect.brackets()),
             any_effect_acts: effects.iter().any(|effect| effect.acts()),
             any_effect_pulls: effects.iter().any(|effect| effect.pulls() || effect.presses()),
             launch_energy: case.net.launch_energy().max(f64::MIN_POSITIVE),
@@ -81,9 +79,13 @@ impl Simulation {
     /// # Errors
     /// A state that is not a number.
     pub fn step(&mut self) -> Result<(), Failure> {
+        let energy = self.books.ledger.own();
+
+        // Fields kick first: the rest of the step is then as if there were none.
+        self.open();
         self.before.clone_from(&self.state);
 
-        // Forces first: they are frozen over the step.
+        // Forces next: they are frozen over the step.
         self.apply_effects();
 
         // Detection, contact, cables and motion, as the method orders them.
@@ -97,8 +99,43 @@ impl Simulation {
         // From the count, not by adding: a million steps must not drift.
         self.state.time = self.state.step as f64 * self.step;
 
-        self.observe();
+        self.observe(energy);
+
+        // The other half of the kick, where the knots are now.
+        self.close();
         Ok(())
+    }
+
+    fn open(&mut self) {
+        if !self.any_effect_brackets {
+            return;
+        }
+        for (index, effect) in self.effects.iter_mut().enumerate() {
+            if effect.brackets() {
+                let mut clock = Clock::start();
+                let posting = effect.open(&mut self.state, self.step);
+                clock.lap(&mut self.effect_times[index]);
+                self.books.post(index, &posting);
+            }
+        }
+        self.method.take_velocities(&self.state);
+        self.books.weigh_motion(&self.state);
+    }
+
+    fn close(&mut self) {
+        if !self.any_effect_brackets {
+            return;
+        }
+        for (index, effect) in self.effects.iter_mut().enumerate().rev() {
+            if effect.brackets() {
+                let mut clock = Clock::start();
+                let posting = effect.close(&mut self.state, self.step);
+                clock.lap(&mut self.effect_times[index]);
+                self.books.post(index, &posting);
+            }
+        }
+        self.books.weigh_motion(&self.state);
+        self.books.weigh_stored(&self.state, &self.effects);
     }
 
     fn apply_effects(&mut self) {
@@ -115,13 +152,12 @@ impl Simulation {
         }
     }
 
-    fn observe(&mut self) {
+    /// `energy`: that of net and target at the start of the step [J].
+    fn observe(&mut self, energy: f64) {
         let mut clock = Clock::start();
-        let energy = self.books.ledger.own();
-        self.books.book(&self.before, &self.state, &mut self.effects);
+        self.books.book(&self.before, &self.state, &mut self.effects, &mut self.effect_times);
         self.method.hear_gain((self.books.ledger.own() - energy) / self.launch_energy);
         self.work.steps += 1;
-        self.work.effects.clone_from(&self.effect_times);
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);
     }
@@ -131,6 +167,11 @@ impl Simulation {
         let mut census = self.method.census();
         census.colliders += self.effects.iter().map(|effect| effect.detection().0).sum::<usize>();
         census
+    }
+
+    /// Wall time of each active effect so far.
+    pub fn effect_times(&self) -> &[Duration] {
+        &self.effect_times
     }
 
     /// What each active effect installed, in words.
@@ -151,6 +192,11 @@ impl Simulation {
     /// What the closing mechanism did, if there is one.
     pub fn closing(&self) -> Option<Report> {
         self.effects.iter().find_map(|effect| effect.closing())
+    }
+
+    /// From when to when the net was tugged at [s], if it was.
+    pub fn tug(&self) -> Option<[f64; 2]> {
+        self.effects.iter().find_map(|effect| effect.tug())
     }
 
     /// Names of the active effects, in the order of the list.

@@ -62,6 +62,34 @@ impl Body {
     }
 }
 
+/// A free body that brings its own mass along: the chaser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreeBody {
+    /// Pose and motion.
+    pub body: Body,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Inertia about the centre of mass, body frame [kg m^2].
+    pub inertia: Matrix3<f64>,
+}
+
+impl FreeBody {
+    /// Kinetic energy [J].
+    pub fn kinetic_energy(&self) -> f64 {
+        self.body.kinetic_energy(self.mass, &self.inertia)
+    }
+
+    /// Linear momentum [kg m/s].
+    pub fn momentum(&self) -> Vector3<f64> {
+        self.mass * self.body.velocity
+    }
+
+    /// Angular momentum about the origin [kg m^2/s].
+    pub fn angular_momentum(&self) -> Vector3<f64> {
+        self.body.position.cross(&self.momentum()) + self.body.angular_momentum(&self.inertia)
+    }
+}
+
 /// A place along a cable.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Along {
@@ -170,8 +198,10 @@ pub struct State {
 
     /// Written by `effects`.
     pub loads: Loads,
+    /// Written by the effect `chaser`.
+    pub chaser: Option<FreeBody>,
 
-    /// Written by `cables` (snaps) and by `world`.
+    /// Written by `cables` (snaps), by `world`, and by effects that bracket a step.
     pub knots: Knots,
     /// Written by `world`.
     pub target: Option<Body>,
@@ -191,9 +221,10 @@ impl State {
         pairs.position(|(position, velocity)| !sound(position) || !sound(velocity))
     }
 
-    /// Whether the target's pose and motion are numbers.
-    pub fn target_is_sound(&self) -> bool {
-        self.target.is_none_or(|body| {
+    /// Whether pose and motion of target and chaser are numbers.
+    pub fn bodies_are_sound(&self) -> bool {
+        let chaser = self.chaser.map(|chaser| chaser.body);
+        self.target.iter().chain(&chaser).all(|body| {
             let numbers = body.position.iter().chain(body.velocity.iter()).chain(body.rate.iter());
             numbers.chain(body.attitude.coords.iter()).all(|x| x.is_finite())
         })

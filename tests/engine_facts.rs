@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::failure::Failure;
+use tumblenet::friction::Law;
 use tumblenet::net::Net;
 use tumblenet::simulation::Simulation;
 use tumblenet::state::{Contact, Loads, State};
@@ -41,7 +42,14 @@ fn plate(motion: &str) -> Target {
 const STEP: f64 = 5e-4;
 
 fn setup() -> Setup {
-    Setup { step: STEP, substeps: 1, restitution: 0.0, friction: None, has_contacts: true }
+    Setup {
+        step: STEP,
+        substeps: 1,
+        restitution: 0.0,
+        friction: None,
+        has_contacts: true,
+        ..Setup::default()
+    }
 }
 
 /// Steps a world of free knots and a target; returns the last state and all contacts.

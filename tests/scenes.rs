@@ -6,26 +6,31 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use rayon::prelude::*;
+use serde_json::json;
 use tumblenet::assets::Kind;
 use tumblenet::case::Case;
 use tumblenet::read;
 use tumblenet::scene::schema::Scene;
 
-const FOLDERS: [(Kind, &str); 3] =
-    [(Kind::Scene, "scenarios"), (Kind::Shape, "assets/shapes"), (Kind::Material, "assets/materials")];
+const FOLDERS: [(Kind, &str, &str); 4] = [
+    (Kind::Scene, "scenarios", "json"),
+    (Kind::Shape, "assets/shapes", "json"),
+    (Kind::Material, "assets/materials", "json"),
+    (Kind::Cabin, "assets/cabins", "csv"),
+];
 
 #[test]
 fn every_file_is_built_in_byte_for_byte() {
-    for (kind, folder) in FOLDERS {
+    for (kind, folder, ending) in FOLDERS {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
         let files: BTreeSet<String> = std::fs::read_dir(&folder)
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
             .collect();
-        let built_in: BTreeSet<String> = kind.names().iter().map(|name| format!("{name}.json")).collect();
+        let built_in: BTreeSet<String> = kind.names().iter().map(|name| format!("{name}.{ending}")).collect();
         assert_eq!(files, built_in, "{}", folder.display());
         for name in kind.names() {
-            let file = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
+            let file = std::fs::read_to_string(folder.join(format!("{name}.{ending}"))).unwrap();
             assert_eq!(Some(file.as_str()), kind.text(name), "{name}");
         }
     }
@@ -55,9 +60,15 @@ fn every_scene_survives_being_written_and_read() {
 
 #[test]
 fn everything_built_in_says_where_it_comes_from() {
-    for (kind, folder) in FOLDERS {
+    for (kind, folder, ending) in FOLDERS {
         for name in kind.names() {
-            let json: serde_json::Value = serde_json::from_str(kind.text(name).unwrap()).unwrap();
+            let text = kind.text(name).unwrap();
+            let json: serde_json::Value = match ending {
+                "csv" => {
+                    json!({ "source": text.lines().take_while(|line| line.starts_with('#')).collect::<String>() })
+                }
+                _ => serde_json::from_str(text).unwrap(),
+            };
             let source = json["source"].as_str().unwrap_or_default();
             let named = ["Table", "Section", "Fig.", "ours"].iter().any(|word| source.contains(word));
             assert!(named, "{folder}/{name}: {source:?}");
@@ -88,8 +99,34 @@ fn every_scene_of_the_source_is_there() {
         "stage-spin-x-0.7",
         "envisat-spin-x-0.1",
         "envisat-spin-x-1.0",
+        "envisat-mockup-fixed",
+        "envisat-mockup-cabin",
+        "envisat-mockup-cabin-gravity",
+        "envisat-mockup-cabin-rotation",
+        "cubesat-orbit-700km",
+        "cubesat-chaser",
     ] {
         assert!(names.contains(&name), "{name} not in {names:?}");
+    }
+}
+
+/// Every case of Section 5.4.2 with every layout, and its twin without closing: nothing else differs.
+#[test]
+fn every_closing_scene_has_its_siblings_and_its_twin() {
+    let cases = ["cubesat-spin-x-2.0", "cubesat-spin-z-2.0", "stage-spin-x-1.1", "stage-spin-z-1.1"];
+    for twin in cases.into_iter().chain(["envisat-spin-x-0.5"]) {
+        let bare = Case::load(twin, &[]).unwrap_or_else(|problems| panic!("{problems}")).scene;
+        assert!(bare.effects.closing.is_none(), "{twin}");
+        for layout in ["tube", "interlaced", "free", "cinch"] {
+            let case = Case::load(&format!("{twin}-{layout}"), &[]);
+            let mut scene = case.unwrap_or_else(|problems| panic!("{problems}")).scene;
+            let closing = scene.effects.closing.take().expect("it has a closing mechanism");
+            assert_eq!(serde_json::to_value(closing.layout).unwrap(), layout);
+            scene.title.clone_from(&bare.title);
+            scene.source.clone_from(&bare.source);
+            scene.expect.clone_from(&bare.expect);
+            assert_eq!(scene, bare, "{twin}-{layout}");
+        }
     }
 }
 

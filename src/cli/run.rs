@@ -82,7 +82,8 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     met(&case, &summary)
 }
 
-fn default_folder(case: &Case) -> PathBuf {
+/// Where the results go when no folder is named.
+pub(super) fn default_folder(case: &Case) -> PathBuf {
     Path::new("results").join(&case.name)
 }
 

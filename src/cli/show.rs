@@ -1,10 +1,15 @@
 //! `tumblenet show`: the resolved scene, and what a run of it consists of.
 
+use std::path::{Path, PathBuf};
+
 use clap::Args;
+use comfy_table::Table;
+use serde_json::Value;
 use tumblenet::case::Case;
 use tumblenet::report::table::{number, table};
 use tumblenet::simulation::Simulation;
 
+use super::run::default_folder;
 use super::{Error, json, print};
 
 /// Arguments of `show`.
@@ -15,6 +20,10 @@ pub struct Arguments {
     /// Changes a value first, as `run` does.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     changes: Vec<String>,
+    /// Folder of the results of a run of this scene, for the share of time of each effect; left out:
+    /// results/NAME.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
 /// Prints scene, net, target, effects and what the engine gets.
@@ -44,10 +53,51 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     fact("bodies", census.bodies.to_string());
     fact("colliders", census.colliders.to_string());
     fact("cable joints", census.joints.to_string());
-    let effects = simulation.effect_names();
-    fact("active effects", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") });
-    for (name, installs) in simulation.effect_installs() {
-        fact(&format!("  {name} installs"), installs);
+    if simulation.effect_names().is_empty() {
+        fact("active effects", "none: no body, collider, joint or call of any".to_owned());
+        return print(&format!("{}\n{facts}", json(&case.scene)));
     }
-    print(&format!("{}\n{facts}", json(&case.scene)))
+    let effects = effects(&case, &simulation, &folder(arguments, &case));
+    print(&format!("{}\n{facts}\n{effects}", json(&case.scene)))
+}
+
+/// A row an effect: what the engine gets for it, what else it installs, its share of a run's time.
+fn effects(case: &Case, simulation: &Simulation, results: &Path) -> Table {
+    let with = simulation.census();
+    let shares = time_shares(results, case);
+    let mut rows =
+        table(&["active effect", "bodies", "colliders", "joints", "installs", "share of the run's time"]);
+    for (name, installs) in simulation.effect_installs() {
+        // Counted, not claimed: what the engine has less without it.
+        let mut less = case.clone();
+        less.scene.effects = less.scene.effects.without(name);
+        let without = Simulation::new(&less).census();
+        let share = match &shares {
+            Some(shares) => {
+                shares[format!("effects.{name}")].as_f64().map(|share| format!("{} %", number(100.0 * share)))
+            }
+            None => None,
+        };
+        rows.add_row([
+            name.to_owned(),
+            format!("{:+}", with.bodies as i64 - without.bodies as i64),
+            format!("{:+}", with.colliders as i64 - without.colliders as i64),
+            format!("{:+}", with.joints as i64 - without.joints as i64),
+            installs,
+            share.unwrap_or_else(|| "known after `tumblenet run`".to_owned()),
+        ]);
+    }
+    rows
+}
+
+/// The folder of the results of `run`.
+fn folder(arguments: &Arguments, case: &Case) -> PathBuf {
+    arguments.out.clone().unwrap_or_else(|| default_folder(case))
+}
+
+/// Shares of the wall time in the summary of a finished run of the same scene, if there is one.
+fn time_shares(results: &Path, case: &Case) -> Option<Value> {
+    let text = std::fs::read(results.join("summary.json")).ok()?;
+    let summary: Value = serde_json::from_slice(&text).ok()?;
+    (summary["scene_hash"] == case.hash.as_str()).then(|| summary["time_shares"].clone())
 }

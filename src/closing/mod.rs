@@ -38,6 +38,8 @@ pub struct Mechanism {
     impulses: Vec<Vector3<f64>>,
     /// Since it was last taken: what came in through the anchors.
     outside: Outside,
+    /// Energy of the reels as last posted [J].
+    stored_before: f64,
     /// Velocities of the reached knots before the pull [m/s].
     before: Vec<Vector3<f64>>,
 }
@@ -50,6 +52,9 @@ pub struct Line {
     full_length: f64,
     /// Largest tension since it was last read [N].
     tension: f64,
+    /// By how much it is longer than what is off its reels, at the start of the step or at its end if
+    /// nothing pulled it [m].
+    beyond: f64,
 }
 
 /// What came from outside of the net.
@@ -72,8 +77,10 @@ impl Outside {
 /// A thread as it is now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// Length [m].
+    /// Length in the net [m].
     pub length: f64,
+    /// What is off its reels [m].
+    pub off_reels: f64,
     /// Largest tension since the reading before [N].
     pub tension: f64,
 }
@@ -83,11 +90,16 @@ impl Line {
     /// winches is the route's.
     pub fn new(route: &Route, drive: Drive, friction: f64) -> Line {
         let drive = Drive { winches: f64::from(route.winches), ..drive };
+        let n_tethers = route.nodes.iter().filter(|node| **node == Node::Anchor).count();
+        let n_in_net = route.nodes.len() - 1 - n_tethers;
+        // What is left when winding ends is shared out: the tube between two knots takes its room.
+        let floor = drive.stop_share * route.full_length / n_in_net.max(1) as f64;
         Line {
-            thread: Thread::new(route.nodes.clone(), route.ends, friction),
+            thread: Thread::new(route.nodes.clone(), route.ends, friction).in_tube(floor),
             winch: Winch::new(drive, route.full_length),
             full_length: route.full_length,
             tension: 0.0,
+            beyond: 0.0,
         }
     }
 }
@@ -106,6 +118,7 @@ impl Mechanism {
             runs: false,
             impulses: vec![Vector3::zeros(); reached.len()],
             outside: Outside::default(),
+            stored_before: 0.0,
             before: Vec::with_capacity(reached.len()),
             reached,
         }
@@ -151,14 +164,21 @@ impl Mechanism {
         let inverse_mass = &self.inverse_mass;
         for line in &mut self.lines {
             line.thread.begin(knots, inverse_mass);
+            let length = line.thread.length(knots).max(line.thread.length_after(knots, step));
+            line.beyond = length - line.winch.length();
         }
         if let Some(lock) = &mut self.lock {
             lock.begin(knots, inverse_mass);
         }
         for _ in 0..SWEEPS {
             let mut changed = false;
-            for Line { thread, winch, .. } in &mut self.lines {
-                changed |= thread.pull(knots, inverse_mass, step, &winch.ask(step));
+            for Line { thread, winch, beyond, .. } in &mut self.lines {
+                changed |= thread.pull(
+                    knots,
+                    inverse_mass,
+                    step,
+                    &winch.ask(step, *beyond, thread.inverse_mass_of_ends(inverse_mass)),
+                );
             }
             if let Some(lock) = &mut self.lock {
                 changed |= lock.pull(knots, inverse_mass, step);
@@ -199,7 +219,6 @@ impl Mechanism {
         if !self.runs {
             return Posting::default();
         }
-        let stored = self.stored();
         self.settle(after);
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
         let mut posting = Posting { impulse, angular_impulse, ..Posting::default() };
@@ -208,7 +227,9 @@ impl Mechanism {
             posting.on_knots += 0.5 * impulse.dot(&(before.velocity[knot] + after.velocity[knot]));
             posting.count += u64::from(impulse != Vector3::zeros());
         }
-        posting.work = posting.on_knots + self.stored() - stored;
+        // Reels speed up in every sub-step, not only here.
+        let stored = self.stored();
+        posting.work = posting.on_knots + stored - std::mem::replace(&mut self.stored_before, stored);
         posting
     }
 
@@ -216,6 +237,7 @@ impl Mechanism {
     pub fn read(&mut self, knots: &Knots) -> impl Iterator<Item = Reading> {
         self.lines.iter_mut().map(|line| Reading {
             length: line.thread.length(knots),
+            off_reels: line.winch.length(),
             tension: std::mem::take(&mut line.tension),
         })
     }
@@ -259,6 +281,7 @@ impl Mechanism {
                 tension: sum.tension.max(tally.tension),
                 time_at_limit: sum.time_at_limit + tally.time_at_limit,
                 excess: sum.excess.max(tally.excess / full_length),
+                drag: sum.drag.max(tally.drag / full_length),
             },
         )
     }

@@ -21,13 +21,15 @@
 //! a few Newton passes on S at the end of the step. The pull acts along the segments as they lie
 //! at its start, which keeps linear and angular momentum exactly.
 //!
-//! **Short segments.** Under a sustained tension T two knots of reduced mass μₑ closer than about
-//! 4 h² T / μₑ would be thrown past each other in every step: an oscillation as fast as the step and, with
-//! light knots, as energetic as the shot. Between such knots the pull is the one that makes them
-//! meet at the end of the step, where that is less than the tension, and points to where they will
-//! be otherwise: each segment then takes its exact part of the convex problem
-//! min Σ mⱼ |v'ⱼ − vⱼ|² / 2 + λ S(x + h v') / h, whose steps never gain energy. The price is an
-//! angular impulse of at most λ times the length of the short segment.
+//! **Short segments.** Two knots cannot come nearer than the tube bunched between them lets them, the
+//! floor: where they are about to, the pull along their segment is at most the one that brings them
+//! to the floor at the end of the step; it may push, as the bunched tube does, and takes energy only.
+//! Where the floor is less than h² T / μₑ, μₑ their reduced mass, the two would turn about each other
+//! faster than the step under a sustained tension T, and with light knots as energetically as the
+//! shot. There the pull is the one that makes them meet at the end of the step, where that is less than
+//! the tension, and points to where they will be otherwise: each segment then takes its exact part of
+//! the convex problem min Σ mⱼ |v'ⱼ − vⱼ|² / 2 + λ S(x + h v') / h, whose steps never gain energy. The
+//! price is an angular impulse of at most λ times the length of the short segment.
 //!
 //! **Capstan friction.** Where the thread turns by φ its tension falls by e^(−μφ), counted from the
 //! nearest end that is wound. It enters as a weight on each segment's pull (w = Σ gⱼ · fⱼ / mⱼ with
@@ -81,12 +83,14 @@ pub struct Ask {
     pub give: f64,
     /// Largest impulse [N s].
     pub impulse_most: f64,
+    /// Impulse that it takes at least, however little the length seems to need [N s].
+    pub impulse_least: f64,
 }
 
 impl Ask {
     /// A plain bound on the length, whatever it takes.
     pub fn hold(length: f64) -> Ask {
-        Ask { length, length_most: length, give: 0.0, impulse_most: f64::INFINITY }
+        Ask { length, length_most: length, give: 0.0, impulse_most: f64::INFINITY, impulse_least: 0.0 }
     }
 
     /// The impulse that ends at the allowed length, from `impulse` that ends at `length`, if the
@@ -98,7 +102,7 @@ impl Ask {
         } else {
             impulse + (length - self.length_most) / (step * weight) // the reels stand
         };
-        wanted.clamp(0.0, self.impulse_most)
+        wanted.clamp(self.impulse_least, self.impulse_most)
     }
 }
 
@@ -111,6 +115,8 @@ pub struct Thread {
     pub anchor: Vector3<f64>,
     ends: Ends,
     friction: f64,
+    /// Length at which a segment is bunched and can be no shorter [m].
+    floor: f64,
     /// The knots it passes, each once: a loop comes back to its first.
     distinct: Vec<usize>,
     /// For every node its place among the distinct knots.
@@ -131,10 +137,9 @@ pub struct Thread {
 /// A stretch of thread between two nodes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Segment {
-    /// From the first node to the second at the start of the step [m].
-    across: Vector3<f64>,
+    /// At the start of the step [m].
     length: f64,
-    /// Unit vector of `across`.
+    /// Unit vector from the first node to the second at the start of the step.
     along: Vector3<f64>,
     /// Its tension over the largest on the thread [-].
     share: f64,
@@ -162,6 +167,7 @@ impl Thread {
             anchor: Vector3::zeros(),
             ends,
             friction,
+            floor: 0.0,
             slots,
             sums: vec![Default::default(); distinct.len()],
             distinct,
@@ -169,6 +175,11 @@ impl Thread {
             impulse: 0.0,
             all_long: false,
         }
+    }
+
+    /// The same thread in a tube that is bunched when a segment is as short as `floor` [m].
+    pub fn in_tube(self, floor: f64) -> Thread {
+        Thread { floor, ..self }
     }
 
     /// A thread of one segment between two knots.
@@ -184,6 +195,16 @@ impl Thread {
     /// Its length in `knots` [m].
     pub fn length(&self, knots: &Knots) -> f64 {
         self.length_after(knots, 0.0)
+    }
+
+    /// Inverse effective mass of its two ends alone, as if all between were massless and straight [1/kg].
+    pub fn inverse_mass_of_ends(&self, inverse_mass: &[f64]) -> f64 {
+        let ends = [self.nodes.first(), self.nodes.last()];
+        let knots = ends.into_iter().flatten().filter_map(|node| match node {
+            Node::Knot(knot) => Some(inverse_mass[*knot]),
+            Node::Anchor => None,
+        });
+        knots.sum()
     }
 
     /// Length of its first segment, where that comes from the anchor [m]; else 0.
@@ -219,7 +240,7 @@ impl Thread {
             let across = to - from;
             let length = across.norm();
             let along = if length > 0.0 { across / length } else { Vector3::zeros() };
-            self.segments[i] = Segment { across, length, along, share: 1.0, pull: Vector3::zeros() };
+            self.segments[i] = Segment { length, along, share: 1.0, pull: Vector3::zeros() };
             from = to;
         }
         if self.friction > 0.0 {
@@ -305,15 +326,25 @@ impl Thread {
             let (inverse_a, inverse_b) = (inverse(a), inverse(b));
             let pair = inverse_a + inverse_b;
             let most = segment.share * impulse;
-            let pull = if segment.length > LONG * most * pair * step {
+            // Two free knots under this pull would come nearer by so much in the step.
+            let nearer = most * pair * step;
+            let pull = if segment.length > self.floor + LONG * nearer {
                 most * segment.along
             } else {
-                // The pull that makes the two meet at the end of the step.
                 self.all_long = false;
                 let parting = self.velocity(i + 1, knots) - self.velocity(i, knots);
-                let meet = segment.pull + (segment.across / step + parting) / pair;
-                let size = meet.norm();
-                if size > most { meet * (most / size) } else { meet }
+                let floor = self.floor.min(segment.length);
+                if nearer <= self.floor {
+                    // No nearer than the floor at the end of the step, measured along the segment.
+                    let now = segment.along.dot(&segment.pull);
+                    let stop = now + ((segment.length - floor) / step + segment.along.dot(&parting)) / pair;
+                    most.min(stop) * segment.along
+                } else {
+                    // Their turning about each other is faster than the step: they are to meet.
+                    let meet = segment.pull + (segment.length / step * segment.along + parting) / pair;
+                    let size = meet.norm();
+                    if size > most { meet * (most / size) } else { meet }
+                }
             };
             let change = pull - segment.pull;
             if change != Vector3::zeros() {

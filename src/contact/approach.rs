@@ -2,7 +2,7 @@
 //!
 //! While the box of the net and the ball around the target are apart nothing is detected. After a
 //! detection that saw as far as `reach`, the next is due before anything can have come half of it
-//! nearer.
+//! nearer; it sees as far as the fastest knot may come within a step.
 
 use crate::state::{Body, Knots};
 
@@ -16,14 +16,14 @@ pub struct Approach {
 }
 
 /// What is to be done before a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Look {
     /// Nothing can touch: forget what was found.
     Apart,
     /// What was found still stands.
     Known,
-    /// Detect.
-    Due,
+    /// Detect, as far as so many metres.
+    Due(f64),
 }
 
 impl Approach {
@@ -34,17 +34,20 @@ impl Approach {
 
     /// Before a step of `step` seconds. After `Due` the detection is taken as done.
     pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) -> Look {
-        if knots.apart_from(body, self.bounding_radius + self.reach) {
+        let speed_squared = |v: &nalgebra::Vector3<f64>| (v - body.velocity).norm_squared();
+        let fastest = knots.velocity.iter().map(speed_squared).fold(0.0, f64::max).sqrt();
+        let nearer = step * (fastest + body.rate.norm() * self.bounding_radius);
+        // A snap within the step may double a knot's speed; half the reach is left for that. A knot
+        // so fast that it comes past half the reach in one step would be in the target unseen.
+        let reach = self.reach.max(2.0 * nearer);
+        if knots.apart_from(body, self.bounding_radius + reach) {
             self.nearer = f64::INFINITY;
             return Look::Apart;
         }
-        // A snap within the step may double a knot's speed; half the reach is left for that.
-        let speed = |v: &nalgebra::Vector3<f64>| (v - body.velocity).norm();
-        let fastest = knots.velocity.iter().map(speed).fold(0.0, f64::max);
-        self.nearer += step * (fastest + body.rate.norm() * self.bounding_radius);
+        self.nearer += nearer;
         if self.nearer > 0.5 * self.reach {
             self.nearer = 0.0;
-            return Look::Due;
+            return Look::Due(reach);
         }
         Look::Known
     }

@@ -28,10 +28,10 @@ use super::sequential::{self, Bearers, Effort, Row as SharedRow};
 use super::{Row, Tally, TargetMobility};
 use crate::friction::Law;
 use crate::net::Net;
-use crate::solver::CableModel;
+use crate::solver::{CableModel, Solver};
 use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
-use crate::world::capsules::CableDetector;
+use crate::world::CableDetector;
 
 /// Time in which an overlap is undone [s], at least a step.
 const PUSH_OUT: f64 = 1e-3;
@@ -126,7 +126,7 @@ impl CableWatch {
         reach: f64,
         response: Response,
         friction: Option<Law>,
-        cables: CableModel,
+        solver: &Solver,
     ) -> CableWatch {
         let deepest = match &response {
             Response::Impulse { .. } => Vec::new(),
@@ -135,9 +135,9 @@ impl CableWatch {
             }
         };
         CableWatch {
-            preview: (cables == CableModel::Joints).then(|| Preview::new(net)),
+            preview: (solver.cables == CableModel::Joints).then(|| Preview::new(net)),
             deepest,
-            detector: CableDetector::new(net, target, reach),
+            detector: CableDetector::new(net, target, solver.precision),
             response,
             friction,
             mobility: TargetMobility::of(target),
@@ -166,12 +166,13 @@ impl CableWatch {
         match self.approach.look(knots, body, step) {
             Look::Apart => self.planes.clear(),
             Look::Known => {}
-            Look::Due => self.detect(knots, body),
+            Look::Due(reach) => self.detect(state, body, reach),
         }
     }
 
-    fn detect(&mut self, knots: &Knots, body: &Body) {
-        self.detector.detect(knots, body, &mut self.found);
+    fn detect(&mut self, state: &State, body: &Body, reach: f64) {
+        let knots = &state.knots;
+        self.detector.detect(state, body, reach, &mut self.found);
         self.n_detections += 1;
         let before = std::mem::take(&mut self.planes);
         for contact in &self.found {

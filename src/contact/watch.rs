@@ -14,9 +14,10 @@ use super::impulse::Impulse;
 use super::penalty::Penalty;
 use super::{Row, Tally, TargetMobility};
 use crate::net::Net;
+use crate::solver::Precision;
 use crate::state::{Body, Contact, Knots, State};
 use crate::target::Target;
-use crate::world::detector::Detector;
+use crate::world::Detector;
 
 /// A response of our own.
 pub enum Response {
@@ -67,9 +68,11 @@ pub trait Movable {
 
 impl Watch {
     /// Watches `target` for the knots of `net` from the distance `reach` [m].
-    pub fn new(net: &Net, target: &Target, reach: f64, response: Response) -> Watch {
+    ///
+    /// `precision` is that of the engine, which finds contacts and no more.
+    pub fn new(net: &Net, target: &Target, reach: f64, response: Response, precision: Precision) -> Watch {
         Watch {
-            detector: Detector::new(net, target, reach),
+            detector: Detector::new(net, target, precision),
             response,
             mobility: TargetMobility::of(target),
             approach: Approach::new(reach, target.bounding_radius),
@@ -90,12 +93,12 @@ impl Watch {
         match self.approach.look(&state.knots, body, step) {
             Look::Apart => self.planes.clear(),
             Look::Known => {}
-            Look::Due => self.detect(state, body),
+            Look::Due(reach) => self.detect(state, body, reach),
         }
     }
 
-    fn detect(&mut self, state: &State, body: &Body) {
-        self.detector.detect(&state.knots, body, &mut self.found);
+    fn detect(&mut self, state: &State, body: &Body, reach: f64) {
+        self.detector.detect(state, body, reach, &mut self.found);
         self.n_detections += 1;
         self.planes.clear();
         for contact in &self.found {

@@ -17,22 +17,22 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Effect;
+use super::{Effect, Parameters};
 use crate::contact::cables::{CableWatch, Response};
 use crate::contact::penalty::Penalty;
 use crate::net::Net;
 use crate::plan::Setting;
 use crate::solver::ContactModel;
 use crate::state::{Body, Contact, Knots, Posting, State};
+use crate::target::Target;
 
 /// Contact of cables has no parameters of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CableContact {}
 
-impl CableContact {
-    /// The effect.
-    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
+impl Parameters for CableContact {
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
         Box::new(Active { watch: None, n_cables: net.cables.len(), step: 0.0 })
     }
 }
@@ -62,7 +62,7 @@ impl Effect for Active {
             }
         };
         self.step = plan.step;
-        self.watch = Some(CableWatch::new(net, target, reach, response, plan.friction, solver.cables));
+        self.watch = Some(CableWatch::new(net, target, reach, response, plan.friction, solver));
     }
 
     fn installs(&self) -> String {

@@ -14,7 +14,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Effect;
+use super::{Effect, Parameters};
 use crate::closing::layouts::Layout;
 use crate::closing::lock::Lock;
 use crate::closing::trigger::{Trigger, Watch};
@@ -23,6 +23,10 @@ use crate::closing::{Line, Mechanism};
 use crate::net::Net;
 use crate::quantity::Positive;
 use crate::state::{Knots, Posting, State};
+use crate::target::Target;
+
+/// What is read of each thread in every frame, in this order: columns `thread_1_length_m` and so on.
+pub const THREAD_READINGS: [&str; 3] = ["length_m", "off_reels_m", "tension_n"];
 
 /// Parameters of the closing mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -63,9 +67,10 @@ impl Closing {
     fn default_stop_share() -> f64 {
         0.15
     }
+}
 
-    /// The effect.
-    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
+impl Parameters for Closing {
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
         let drive = Drive {
             winches: 1.0, // each route says its own
             speed: self.reel_speed_m_s.0,
@@ -83,6 +88,7 @@ impl Closing {
             parameters: *self,
             watch: Watch::new(self.trigger, net),
             mechanism: Mechanism::new(lines, lock, &net.mass),
+            stops: routes.iter().map(|route| self.stop_share * route.full_length).collect(),
             triggered: None,
             length_start: 0.0,
             passed_on: 0.0,
@@ -107,18 +113,25 @@ pub struct Report {
     pub work: f64,
     /// What of it did not reach the knots [J].
     pub loss: f64,
-    /// Largest length of a thread beyond what was off its reels, over its full length [-].
+    /// Largest length of a thread beyond what was off its reels, over its full length, below its
+    /// largest tension [-].
     pub excess: f64,
+    /// The same at its largest tension [-].
+    pub drag: f64,
     /// Latched pairs of knots.
     pub latches: usize,
     /// The knots of each thread in order; `None`: the chaser.
     pub ways: Vec<Vec<Option<usize>>>,
+    /// What is off the reels of each thread where winding ends [m].
+    pub stops: Vec<f64>,
 }
 
 struct Active {
     parameters: Closing,
     watch: Watch,
     mechanism: Mechanism,
+    /// What is off the reels of each thread where winding ends [m].
+    stops: Vec<f64>,
     triggered: Option<f64>,
     length_start: f64,
     /// Work posted so far [J].
@@ -168,14 +181,14 @@ impl Effect for Active {
 
     fn reading_names(&self) -> Vec<String> {
         let threads = 1..=self.mechanism.n_threads();
-        let of_threads =
-            threads.flat_map(|n| [format!("thread_{n}_length_m"), format!("thread_{n}_tension_n")]);
+        let of_threads = threads.flat_map(|n| THREAD_READINGS.map(|reading| format!("thread_{n}_{reading}")));
         of_threads.chain(["winch_work_j".to_owned()]).collect()
     }
 
     fn readings(&mut self, state: &State) -> Vec<f64> {
         let work = self.mechanism.tally().work;
-        let threads = self.mechanism.read(&state.knots).flat_map(|reading| [reading.length, reading.tension]);
+        let readings = self.mechanism.read(&state.knots);
+        let threads = readings.flat_map(|reading| [reading.length, reading.off_reels, reading.tension]);
         threads.chain([work]).collect()
     }
 
@@ -190,8 +203,10 @@ impl Effect for Active {
             work: tally.work,
             loss: tally.work - self.passed_on,
             excess: tally.excess,
+            drag: tally.drag,
             latches: self.mechanism.n_latches(),
             ways: self.mechanism.ways().collect(),
+            stops: self.stops.clone(),
         })
     }
 }

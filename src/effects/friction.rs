@@ -10,12 +10,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Effect;
+use super::{Effect, Parameters};
 use crate::friction;
 use crate::net::Net;
 use crate::plan::Plan;
 use crate::quantity::Positive;
 use crate::state::{Posting, State};
+use crate::target::Target;
 
 /// Parameters of friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,11 +53,6 @@ impl Friction {
         Positive(0.01)
     }
 
-    /// The effect.
-    pub fn build(&self, _net: &Net) -> Box<dyn Effect> {
-        Box::new(*self)
-    }
-
     /// The law that a contact response applies.
     pub fn contact_law(&self) -> friction::Law {
         match self.law {
@@ -67,6 +63,12 @@ impl Friction {
                 transition_speed: self.transition_speed_m_s.0,
             },
         }
+    }
+}
+
+impl Parameters for Friction {
+    fn build(&self, _net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
+        Box::new(*self)
     }
 }
 

@@ -5,18 +5,42 @@
 //! world, its force, its stored energy, and what it did to energy and momentum within a step,
 //! which goes to its own row of the ledger. Each has its own timer and counter.
 
+pub mod cabin;
 pub mod cable_contact;
+pub mod chaser;
 pub mod closing;
+mod field;
 pub mod friction;
+pub mod orbit;
 pub mod self_contact;
 pub mod tug;
+
+use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::net::Net;
 use crate::plan::{Plan, Setting};
+use crate::problems::Problems;
+use crate::read::join;
 use crate::state::{Body, Contact, Knots, Loads, Posting, State};
+use crate::target::Target;
+
+/// What a scene says of an effect.
+pub trait Parameters {
+    /// Reads the files it names, and checks what no single value shows; faults go to `problems`.
+    /// `folder` is that of the scene, if it is a file.
+    fn load(&mut self, _folder: Option<&Path>, _place: &str, _problems: &mut Problems) {}
+
+    /// Numbers that came from files: part of the scene's hash.
+    fn loaded(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The effect on `net` and `target`.
+    fn build(&self, net: &Net, target: Option<&Target>) -> Box<dyn Effect>;
+}
 
 /// What an effect owes.
 pub trait Effect: Send {
@@ -31,6 +55,26 @@ pub trait Effect: Send {
 
     /// What that is, in words, for `tumblenet show`.
     fn installs(&self) -> String;
+
+    /// Puts what it brings along into the state at the start.
+    fn begin(&self, _state: &mut State) {}
+
+    /// Whether it acts at both ends of a step; one that does not is not called for that.
+    fn brackets(&self) -> bool {
+        false
+    }
+
+    /// Acts before everything else in a step of `step` seconds: changes velocities of knots and bodies,
+    /// moves bodies of its own. Returns what it did.
+    fn open(&mut self, _state: &mut State, _step: f64) -> Posting {
+        Posting::default()
+    }
+
+    /// Acts after everything else in the step, in the reverse order of the list: changes velocities of
+    /// knots and bodies.
+    fn close(&mut self, _state: &mut State, _step: f64) -> Posting {
+        Posting::default()
+    }
 
     /// Whether it applies forces; one that does not is not called for them.
     fn acts(&self) -> bool {
@@ -91,6 +135,11 @@ pub trait Effect: Send {
     fn closing(&self) -> Option<closing::Report> {
         None
     }
+
+    /// From when to when it tugs at the net [s], once it has started.
+    fn tug(&self) -> Option<[f64; 2]> {
+        None
+    }
 }
 
 /// Declares the list of effects: the scene's `effects` object, and how each is built.
@@ -106,11 +155,38 @@ macro_rules! effects {
         }
 
         impl Effects {
+            /// Keys of all effects there are, in the order of the list.
+            pub const NAMES: &[&str] = &[$(stringify!($name)),*];
+
+            /// Loads what the named effects need from files, and checks each by itself.
+            pub fn load(&mut self, folder: Option<&Path>, problems: &mut Problems) {
+                $(if let Some(parameters) = &mut self.$name {
+                    parameters.load(folder, &join("effects", stringify!($name)), problems);
+                })*
+            }
+
+            /// Numbers that came from files.
+            pub fn loaded(&self) -> Vec<f64> {
+                let mut numbers = Vec::new();
+                $(numbers.extend(self.$name.iter().flat_map(Parameters::loaded));)*
+                numbers
+            }
+
+            /// The same without the effect called `name`.
+            #[must_use]
+            pub fn without(&self, name: &str) -> Effects {
+                let mut effects = self.clone();
+                $(if name == stringify!($name) {
+                    effects.$name = None;
+                })*
+                effects
+            }
+
             /// The named effects, in the order of the list, whatever their order in the scene.
-            pub fn build(&self, net: &Net) -> Vec<Box<dyn Effect>> {
+            pub fn build(&self, net: &Net, target: Option<&Target>) -> Vec<Box<dyn Effect>> {
                 let mut list: Vec<Box<dyn Effect>> = Vec::new();
                 $(if let Some(parameters) = &self.$name {
-                    list.push(parameters.build(net));
+                    list.push(parameters.build(net, target));
                 })*
                 list
             }
@@ -119,6 +195,12 @@ macro_rules! effects {
 }
 
 effects! {
+    /// Two-body gravity and the turn of the local frame on an orbit.
+    orbit: orbit::Orbit,
+    /// Residual gravity and rotation of an aeroplane's cabin.
+    cabin: cabin::Cabin,
+    /// The chaser, free to recoil, and the dispersion of its shots.
+    chaser: chaser::Chaser,
     /// Friction between net and target.
     friction: friction::Friction,
     /// Threads that winches reel in to close the net's mouth.

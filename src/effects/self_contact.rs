@@ -7,12 +7,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Effect;
+use super::{Effect, Parameters};
 use crate::contact::pairs::{PairWatch, bullet_radius};
 use crate::net::Net;
-use crate::plan::Setting;
 use crate::quantity::Positive;
 use crate::state::{Knots, Posting, State};
+use crate::target::Target;
 
 /// Parameters of self contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,24 +27,16 @@ pub struct SelfContact {
     pub bullet_radius_m: Option<Positive>,
 }
 
-impl SelfContact {
-    /// The effect.
-    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
-        let bullet = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
-        Box::new(Active {
-            watch: PairWatch::new(net, bullet, self.restitution),
-            n_cables: net.cables.len(),
-            bullet_radius: bullet,
-            step: 0.0,
-        })
+impl Parameters for SelfContact {
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
+        let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
+        Box::new(Active { watch: PairWatch::new(net, bullet_radius, self.restitution), bullet_radius })
     }
 }
 
 struct Active {
     watch: PairWatch,
-    n_cables: usize,
     bullet_radius: f64,
-    step: f64,
 }
 
 impl Effect for Active {
@@ -52,15 +44,11 @@ impl Effect for Active {
         "self_contact"
     }
 
-    fn prepare(&mut self, setting: &Setting<'_>) {
-        self.step = setting.plan.step;
-    }
-
     fn installs(&self) -> String {
+        let millimetres = 1e3 * self.bullet_radius;
         format!(
-            "a capsule for each of {} cables and a ball of {:.1} mm for each bullet, to detect with",
-            self.n_cables,
-            1e3 * self.bullet_radius
+            "{} pairs of cables and bullets, which are balls of {millimetres:.1} mm",
+            self.watch.n_pairs()
         )
     }
 
@@ -68,16 +56,8 @@ impl Effect for Active {
         true
     }
 
-    fn watch(&mut self, state: &State) {
-        self.watch.look(&state.knots, self.step);
-    }
-
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
         self.watch.answer(knots, step, touched);
-    }
-
-    fn detection(&self) -> (usize, u64) {
-        (self.watch.n_colliders(), self.watch.n_detections)
     }
 
     fn account(&mut self, before: &State, after: &State) -> Posting {

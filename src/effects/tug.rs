@@ -5,8 +5,7 @@
 //! tension at `force_n`; with it, it reels in at that speed, at a tension of `force_n` at most,
 //! and slack while the net comes along by itself.
 //!
-//! The verdict is that of `capture`, whose `hold_s` should cover the tug. Retention over a whole
-//! turn of the target needs no tug: a `duration_s` and a `hold_s` that cover the turn.
+//! Whether the target stays enclosed while it pulls is told by `retention.tug` of the summary.
 //!
 //! The pull comes from outside: its impulse, its moment about the origin and its work are posted.
 
@@ -14,7 +13,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Effect;
+use super::{Effect, Parameters};
 use crate::closing::layouts::{Route, centre};
 use crate::closing::thread::{Ends, Node};
 use crate::closing::trigger::{Trigger, Watch};
@@ -23,6 +22,7 @@ use crate::closing::{Line, Mechanism};
 use crate::net::Net;
 use crate::quantity::Positive;
 use crate::state::{Knots, Posting, State};
+use crate::target::Target;
 
 /// Distance of the winch over the side of the net, at least.
 const FAR: f64 = 100.0;
@@ -44,9 +44,8 @@ pub struct Tug {
     pub speed_m_s: Option<Positive>,
 }
 
-impl Tug {
-    /// The effect.
-    pub fn build(&self, net: &Net) -> Box<dyn Effect> {
+impl Parameters for Tug {
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
         let centre = centre(net);
         let route = Route {
             nodes: vec![Node::Anchor, Node::Knot(centre)],
@@ -115,6 +114,10 @@ impl Effect for Active {
 
     fn account(&mut self, before: &State, after: &State) -> Posting {
         self.mechanism.account(&before.knots, &after.knots)
+    }
+
+    fn tug(&self) -> Option<[f64; 2]> {
+        self.started.map(|start| [start, start + self.parameters.time_s.0])
     }
 
     fn reading_names(&self) -> Vec<String> {

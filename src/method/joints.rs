@@ -103,6 +103,14 @@ impl JointsMethod {
         Ok(())
     }
 
+    /// Takes over velocities that effects changed since the last step.
+    pub fn take_velocities(&mut self, state: &State) {
+        // Until the boxes meet the explicit net flies, and the engine takes over what it has flown to.
+        if self.flight.is_none() {
+            self.world.write_velocities(state);
+        }
+    }
+
     fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) {
         if !pull.any() {
             return;

@@ -53,6 +53,14 @@ impl Method {
         }
     }
 
+    /// Takes over velocities that effects changed since the last step.
+    pub fn take_velocities(&mut self, state: &State) {
+        // The explicit net takes over the whole state at the start of every step.
+        if let Method::Joints(method) = self {
+            method.take_velocities(state);
+        }
+    }
+
     /// Hears what energy the step gained, over the launch energy.
     pub fn hear_gain(&mut self, gain: f64) {
         if let Method::Joints(method) = self {
@@ -94,5 +102,5 @@ fn watch(case: &Case, plan: &Plan) -> Option<Watch> {
             Response::Penalty(Penalty::new(&case.net, &case.scene.solver.penalty, plan.friction))
         }
     };
-    Some(Watch::new(&case.net, target, case.reach(), response))
+    Some(Watch::new(&case.net, target, case.reach(), response, case.scene.solver.precision))
 }

@@ -42,9 +42,9 @@ impl Conservation {
         let momentum = (frames.momentum[last] - frames.momentum[0] - run.outside_impulse).norm();
         let angular = frames.angular_momentum[last] - frames.angular_momentum[0];
         let angular = (angular - run.outside_angular_impulse).norm();
-        let residual = frames.ledger.iter().map(|l| l.residual().abs()).fold(0.0, f64::max);
+        let residual = largest(frames.ledger.iter().map(|l| l.residual().abs()));
         let own: Vec<f64> = frames.ledger.iter().map(Ledger::own).collect();
-        let rise = own.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        let rise = largest(own.windows(2).map(|pair| pair[1] - pair[0]));
         Conservation {
             momentum_residual: relative(momentum, momentum_scale),
             angular_momentum_residual: relative(angular, angular_scale),
@@ -54,6 +54,11 @@ impl Conservation {
             energy_end_j: frames.ledger[last].mechanical(),
         }
     }
+}
+
+/// The largest of `values` and 0; not a number when one of them is none, which `f64::max` would hide.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |largest: f64, value| if largest.is_nan() || value <= largest { largest } else { value })
 }
 
 /// `value` over `scale`; a scene that has no scale (a net at rest) reports the value itself.

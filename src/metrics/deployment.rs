@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
+use crate::closing::layouts::centre;
 use crate::run::Run;
 
 /// Share of the designed area above which the net can capture (Section 3.2.3).
@@ -28,6 +29,9 @@ pub struct Deployment {
     pub travelling_distance_m: f64,
     /// How long the area was above 80 % of the designed area [s].
     pub effective_period_s: f64,
+    /// Largest deviation of the net's middle knot along Y and Z, up to the first contact or the end of
+    /// the first opening (Fig. 3.23) [m].
+    pub middle_deviation_m: [f64; 2],
 }
 
 impl Deployment {
@@ -36,19 +40,29 @@ impl Deployment {
         let opening = first_opening(&run.mouth_area);
         let peak = (0..opening.len()).fold(0, |best, i| if opening[i] > opening[best] { i } else { best });
         let deployment_time = peak as f64 * run.step;
-        let centre = |knots: &[Vector3<f64>]| {
+        let centre_of_mass = |knots: &[Vector3<f64>]| {
             let weighted: Vector3<f64> = case.net.mass.iter().zip(knots).map(|(mass, x)| *mass * x).sum();
             weighted / case.net.total_mass()
         };
-        let centres: Vec<Vector3<f64>> = run.frames.knots.iter().map(|knots| centre(knots)).collect();
+        let centres: Vec<Vector3<f64>> = run.frames.knots.iter().map(|knots| centre_of_mass(knots)).collect();
         let travelled = interpolate(&run.frames.time, &centres, deployment_time) - centres[0];
         Deployment {
             max_area_m2: opening[peak],
             deployment_time_s: deployment_time,
             travelling_distance_m: travelled.norm(),
             effective_period_s: time_above(opening, EFFECTIVE * case.net.designed_area) * run.step,
+            middle_deviation_m: middle_deviation(case, run, opening.len() as f64 * run.step),
         }
     }
+}
+
+fn middle_deviation(case: &Case, run: &Run, opening: f64) -> [f64; 2] {
+    let middle = centre(&case.net);
+    let end = run.extremes.first_contact.unwrap_or(opening);
+    let frames = run.frames.time.iter().zip(&run.frames.knots).take_while(|(time, _)| **time <= end);
+    let moved = frames.map(|(_, knots)| (knots[middle] - run.frames.knots[0][middle]).abs());
+    let largest = moved.fold(Vector3::zeros(), |largest: Vector3<f64>, now| largest.sup(&now));
+    [largest.y, largest.z]
 }
 
 /// The areas up to the end of the first opening.

@@ -5,31 +5,43 @@
 //! corner, or goes right through. Contact of knots alone leaves such cables wherever a mesh spans
 //! an edge; the effect `cable_contact` is to leave none.
 
-use parry3d::math::{Pose, Vector as ParryVector};
-use parry3d::query::intersection_test;
-use parry3d::shape::{Segment, SharedShape};
-
 use nalgebra::Vector3;
+use parry3d::math::{Pose, Vector as ParryVector};
+use parry3d::query::details::intersection_test_support_map_support_map as meet;
+use parry3d::shape::{Segment, SupportMap};
 
 use crate::cable::Cable;
 use crate::state::Body;
 use crate::target::Target;
+use crate::target::parts::ConvexPart;
 
 /// The parts of a target, ready to be asked.
 pub struct Inside {
-    parts: Vec<(SharedShape, nalgebra::Isometry3<f64>, f64)>,
+    solids: Vec<Solid>,
     bounding_radius: f64,
+}
+
+/// A part in the body frame, as the library sees convex bodies.
+struct Solid {
+    part: ConvexPart,
+    /// Distance of its furthest point from its own origin [m].
+    reach: f64,
+}
+
+impl SupportMap for Solid {
+    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
+        parrys(&self.part.support(&Vector3::new(direction.x, direction.y, direction.z)))
+    }
 }
 
 impl Inside {
     /// For the parts of `target`.
     pub fn of(target: &Target) -> Inside {
-        let part = |part: &crate::target::parts::ConvexPart| {
-            let shape = part.to_parry();
-            let radius = shape.compute_local_bounding_sphere();
-            (shape, part.pose, radius.center.length() + radius.radius)
+        let solid = |part: &ConvexPart| Solid {
+            part: part.clone(),
+            reach: part.primitive.reach_from(&Vector3::zeros()),
         };
-        Inside { parts: target.parts.iter().map(part).collect(), bounding_radius: target.bounding_radius }
+        Inside { solids: target.parts.iter().map(solid).collect(), bounding_radius: target.bounding_radius }
     }
 
     /// Number of `cables` between `knots` [m] that go through the target at `body`.
@@ -42,15 +54,10 @@ impl Inside {
     fn meets(&self, a: Vector3<f64>, b: Vector3<f64>) -> bool {
         // Bounds first: most cables are far from the target, and from most of its parts.
         distance_to_line(&Vector3::zeros(), &a, &b) <= self.bounding_radius
-            && self.parts.iter().any(|(shape, pose, radius)| {
-                if distance_to_line(&pose.translation.vector, &a, &b) > *radius {
-                    return false;
-                }
-                let [a, b] = [a, b].map(|end| pose.inverse_transform_point(&end.into()).coords);
-                let line = Segment::new(parrys(&a), parrys(&b));
-                // Every part is convex, and the library tests a line against any convex shape.
-                intersection_test(&Pose::IDENTITY, shape.as_ref(), &Pose::IDENTITY, &line)
-                    .is_ok_and(|found| found.intersecting)
+            && self.solids.iter().any(|solid| {
+                let centre = &solid.part.pose.translation.vector;
+                distance_to_line(centre, &a, &b) <= solid.reach
+                    && meet(&Pose::IDENTITY, solid, &Segment::new(parrys(&a), parrys(&b)))
             })
     }
 }

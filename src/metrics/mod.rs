@@ -4,4 +4,5 @@ pub mod capture;
 pub mod conservation;
 pub mod deployment;
 pub mod inside;
+pub mod retention;
 pub mod summary;

@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::capture::{Capture, Curves};
 use super::conservation::Conservation;
 use super::deployment::Deployment;
+use super::retention::Retention;
 use crate::case::Case;
 use crate::provenance::Provenance;
 use crate::read;
@@ -46,6 +47,12 @@ pub struct Summary {
     /// How the mouth was closed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closing: Option<ClosingSummary>,
+    /// How the chaser recoiled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chaser: Option<ChaserSummary>,
+    /// Whether the capture held when put to the test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retention: Option<Retention>,
     /// What the cables bore.
     pub cables: CableSummary,
     /// What was kept.
@@ -103,8 +110,11 @@ pub struct ClosingSummary {
     pub length_start_m: f64,
     /// Thread off the reels at the end [m].
     pub length_end_m: f64,
-    /// Largest length of a thread beyond what was off its reels, over its full length [-].
+    /// Largest length of a thread beyond what was off its reels while its tension was below the
+    /// limit, over its full length: an error of the method [-].
     pub max_excess: f64,
+    /// The same at the tension limit: knots that pulled harder dragged the thread out [-].
+    pub max_drag: f64,
     /// Largest tension of a thread [N].
     pub max_tension_n: f64,
     /// Time at the tension limit [s].
@@ -115,6 +125,19 @@ pub struct ClosingSummary {
     pub lost_j: f64,
     /// Latched pairs of knots.
     pub latches: usize,
+}
+
+/// How the chaser recoiled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChaserSummary {
+    /// Velocity just after the shot [m/s].
+    pub recoil_m_s: [f64; 3],
+    /// Angular velocity just after the shot, body frame [rad/s].
+    pub recoil_rad_s: [f64; 3],
+    /// Displacement of its centre of mass at the end [m].
+    pub displacement_m: [f64; 3],
+    /// Angle it has turned through at the end, about one axis [rad].
+    pub turned_rad: f64,
 }
 
 /// What the cables bore.
@@ -177,6 +200,8 @@ impl Summary {
             capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
             target: target_summary(case, run),
             closing: closing_summary(case, run, curves),
+            chaser: chaser_summary(case, run),
+            retention: Retention::of(case, run, curves),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
                 max_strain: extremes.strain,
@@ -261,11 +286,22 @@ fn closing_summary(case: &Case, run: &Run, curves: &Curves) -> Option<ClosingSum
         length_start_m: report.length_start,
         length_end_m: report.length_end,
         max_excess: report.excess,
+        max_drag: report.drag,
         max_tension_n: report.tension,
         time_at_limit_s: report.time_at_limit,
         winch_work_j: report.work,
         lost_j: report.loss,
         latches: report.latches,
+    })
+}
+
+fn chaser_summary(case: &Case, run: &Run) -> Option<ChaserSummary> {
+    let (start, end) = (case.scene.effects.chaser?.recoiled(&case.net).body, run.chaser?.body);
+    Some(ChaserSummary {
+        recoil_m_s: start.velocity.into(),
+        recoil_rad_s: start.spin().into(),
+        displacement_m: (end.position - start.position).into(),
+        turned_rad: end.attitude.angle(),
     })
 }
 

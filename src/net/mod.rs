@@ -136,18 +136,14 @@ impl Net {
                 "an odd net.middle_knots: the scheme folds every cable at its middle, where a knot must be",
             );
         }
-        net.shoot(launch, [sides[0] * n_meshes[0] as f64, sides[1] * n_meshes[1] as f64]);
+        net.shoot(shots(spec, launch));
         Some(net)
     }
 
-    /// Bullets outward along the diagonals of the net, at `angle_deg` from X; all else at rest.
-    fn shoot(&mut self, launch: &Launch, size: [f64; 2]) {
-        let (sin, cos) = launch.angle_deg.to_radians().sin_cos();
-        for (bullet, [y, z]) in
-            self.bullets.into_iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-        {
-            let outward = Vector3::new(0.0, y * size[0], z * size[1]).normalize();
-            self.launch_velocity[bullet] = launch.speed_m_s * (cos * Vector3::x() + sin * outward);
+    /// Gives the bullets their velocities [m/s]; all else stays at rest.
+    pub fn shoot(&mut self, shots: [Vector3<f64>; 4]) {
+        for (bullet, shot) in self.bullets.into_iter().zip(shots) {
+            self.launch_velocity[bullet] = shot;
         }
     }
 
@@ -175,6 +171,17 @@ impl Net {
     pub fn launch_momentum(&self) -> Vector3<f64> {
         self.mass.iter().zip(&self.launch_velocity).map(|(m, v)| *m * v).sum()
     }
+}
+
+/// Velocities of the bullets [m/s]: outward along the diagonals of the net, at `angle_deg` from X.
+pub fn shots(spec: &spec::Net, launch: &Launch) -> [Vector3<f64>; 4] {
+    let (sin, cos) = launch.angle_deg.to_radians().sin_cos();
+    let [width, height] = spec.mesh_length_m.sides();
+    let size = [width * f64::from(spec.meshes[0]), height * f64::from(spec.meshes[1])];
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[y, z]| {
+        let outward = Vector3::new(0.0, y * size[0], z * size[1]).normalize();
+        launch.speed_m_s * (cos * Vector3::x() + sin * outward)
+    })
 }
 
 /// What a cable is made of.

@@ -12,13 +12,18 @@ use super::files::{self, WriteError};
 use super::plots::{self, DARK, hex};
 use super::results;
 use super::table::{number, table};
+use super::template::fill;
 use crate::study::compare::{Comparison, Outcome};
+use crate::study::ensemble::Share;
 use figures::{Figure, timing};
 
 const TEMPLATE: &str = include_str!("compare/page.html");
 
-/// Columns of the table: name, in two lines for a terminal, and unit.
-const COLUMNS: [(&str, &str); 12] = [
+/// A column: name, in two lines for a terminal, and unit.
+type Column = (&'static str, &'static str);
+
+/// Columns of the table.
+const COLUMNS: [Column; 12] = [
     ("variant", ""),
     ("captured", ""),
     ("first\ncontact", "s"),
@@ -31,6 +36,22 @@ const COLUMNS: [(&str, &str); 12] = [
     ("trusted\nuntil", "s"),
     ("wall\ntime", "s"),
     ("over\nbase", "×"),
+];
+
+/// Columns of the table of closing mechanisms.
+const CLOSING_COLUMNS: [Column; 12] = [
+    ("closing\nmechanism", ""),
+    ("captured", "95 %"),
+    ("held\none turn", ""),
+    ("held\nthe tug", ""),
+    ("winches\nstart", "s"),
+    ("time to\nclose", "s"),
+    ("mouth at\nthe end", "%"),
+    ("thread\nleft", "m"),
+    ("largest\ntension", "N"),
+    ("at its\nlimit", "s"),
+    ("winch\nwork", "J"),
+    ("lost at\nthe knots", "J"),
 ];
 
 /// Writes all files of `comparison` to the folder `out`.
@@ -54,24 +75,31 @@ pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
 
 /// The comparison as text.
 pub fn text(comparison: &Comparison) -> String {
-    // Units in one line, below names of one or two.
-    let head = |(name, unit): &(&str, &str)| {
-        format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" })
-    };
-    let heads: Vec<String> = COLUMNS.iter().map(|column| head(column).trim_end().to_owned()).collect();
-    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
-    for row in cells(comparison) {
-        rows.add_row(row.into_iter().enumerate().map(|(column, text)| {
-            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
-            Cell::new(text).set_alignment(alignment)
-        }));
+    let mut text = format!("{}\n{}", comparison.title, text_table(&COLUMNS, cells(comparison)));
+    let closing = closing_cells(comparison);
+    if !closing.is_empty() {
+        text.push_str(&format!("\n{}", text_table(&CLOSING_COLUMNS, closing)));
     }
-    let mut text = format!("{}\n{rows}", comparison.title);
     for note in notes(comparison) {
         text.push('\n');
         text.push_str(&note);
     }
     text
+}
+
+fn text_table(columns: &[Column], cells: Vec<Vec<String>>) -> comfy_table::Table {
+    // Units in one line, below names of one or two.
+    let head =
+        |(name, unit): &Column| format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" });
+    let heads: Vec<String> = columns.iter().map(|column| head(column).trim_end().to_owned()).collect();
+    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    for row in cells {
+        rows.add_row(row.into_iter().enumerate().map(|(column, text)| {
+            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            Cell::new(text).set_alignment(alignment)
+        }));
+    }
+    rows
 }
 
 /// The table's cells, a row a variant.
@@ -87,6 +115,41 @@ fn cells(comparison: &Comparison) -> Vec<Vec<String>> {
         row
     };
     comparison.variants.iter().map(row).collect()
+}
+
+/// The cells of the table of closing mechanisms; none when no variant has one.
+fn closing_cells(comparison: &Comparison) -> Vec<Vec<String>> {
+    let row = |(_, variant, outcome): (usize, &crate::study::compare::Compared, &Outcome)| {
+        let median = |name: &str, factor: f64| {
+            outcome.median(name).map_or_else(|| "–".to_owned(), |value| short(factor * value))
+        };
+        let counted = |share: Option<Share>| {
+            share.map_or_else(|| "–".to_owned(), |share| format!("{} of {}", share.captured, share.of))
+        };
+        let captured = outcome.captured.map_or_else(
+            || "–".to_owned(),
+            |share| {
+                let [low, high] = share.interval_95.map(|bound| 100.0 * bound);
+                format!("{} of {} ({low:.0}–{high:.0})", share.captured, share.of)
+            },
+        );
+        vec![
+            variant.label.clone(),
+            captured,
+            counted(outcome.held_turn),
+            counted(outcome.held_tug),
+            median("closing.triggered_s", 1.0),
+            median("closing.time_to_close_s", 1.0),
+            median("capture.mouth", 100.0),
+            median("closing.length_end_m", 1.0),
+            median("closing.max_tension_n", 1.0),
+            median("closing.time_at_limit_s", 1.0),
+            median("closing.winch_work_j", 1.0),
+            median("closing.lost_j", 1.0),
+        ]
+    };
+    let has_any = comparison.ran().any(|(_, _, outcome)| outcome.median("closing.winch_work_j").is_some());
+    if has_any { comparison.ran().map(row).collect() } else { Vec::new() }
 }
 
 fn outcome_cells(outcome: &Outcome) -> Vec<String> {
@@ -169,17 +232,13 @@ fn notes(comparison: &Comparison) -> Vec<String> {
 
 /// The page: table and figures, everything within one file.
 fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
-    let mut head = String::new();
-    for (name, unit) in COLUMNS {
-        let unit = if unit.is_empty() { String::new() } else { format!("<small>{unit}</small>") };
-        let name = name.replace("-\n", "\u{ad}").replace('\n', " ");
-        let _ = write!(head, "<th>{name} {unit}</th>");
-    }
-    let mut rows = String::new();
-    for row in cells(comparison) {
-        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
-        let _ = writeln!(rows, "<tr>{cells}</tr>");
-    }
+    let closing = closing_cells(comparison);
+    let tables = [(&COLUMNS, cells(comparison)), (&CLOSING_COLUMNS, closing)];
+    let tables: String = tables
+        .iter()
+        .filter(|(_, cells)| !cells.is_empty())
+        .map(|(columns, cells)| page_table(*columns, cells))
+        .collect();
     let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
     let mut drawings = String::new();
     for (figure, svg) in figures {
@@ -207,23 +266,32 @@ fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
     let parts = [
         ("title", escape(&comparison.title)),
         ("dark", dark()),
-        ("head", head),
-        ("rows", rows),
+        ("tables", tables),
         ("notes", notes),
         ("figures", drawings),
         ("made", made),
     ];
-    // Piece by piece, not by replacing: a title may spell a gap's name.
-    let mut page = String::new();
-    let mut rest = TEMPLATE;
-    while let Some((before, after)) = rest.split_once("{{") {
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        page.push_str(before);
-        page.push_str(parts.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text));
-        rest = after;
+    fill(TEMPLATE, &parts.each_ref().map(|(name, text)| (*name, text.as_str())))
+}
+
+fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
+    let mut head = String::new();
+    for (name, unit) in columns {
+        let unit = if unit.is_empty() { String::new() } else { format!("<small>{unit}</small>") };
+        let name = name.replace("-\n", "\u{ad}").replace('\n', " ");
+        let _ = write!(head, "<th>{name} {unit}</th>");
     }
-    page.push_str(rest);
-    page
+    let mut rows = String::new();
+    for row in cells {
+        // A long label breaks between its keys.
+        let label = escape(&row[0]).replace('.', ".<wbr>");
+        let cells: String = row[1..].iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let cells = format!("<td>{label}</td>{cells}");
+        let _ = writeln!(rows, "<tr>{cells}</tr>");
+    }
+    format!(
+        "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
+    )
 }
 
 /// Style rules that give every colour of a plot its dark counterpart.
@@ -244,6 +312,7 @@ fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::template::gaps;
 
     #[test]
     fn numbers_of_the_table_are_short() {
@@ -253,8 +322,6 @@ mod tests {
 
     #[test]
     fn every_gap_of_the_page_is_known() {
-        let gaps: Vec<&str> =
-            TEMPLATE.split("{{").skip(1).map(|rest| rest.split("}}").next().unwrap()).collect();
-        assert_eq!(gaps, ["title", "dark", "title", "head", "rows", "notes", "figures", "made"]);
+        assert_eq!(gaps(TEMPLATE), ["title", "dark", "title", "tables", "notes", "figures", "made"]);
     }
 }

@@ -6,3 +6,5 @@ pub mod plots;
 pub mod replay;
 pub mod results;
 pub mod table;
+
+mod template;

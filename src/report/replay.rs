@@ -1,8 +1,8 @@
 //! The replay: one run in motion, as one self-contained HTML page.
 //!
-//! The page (`replay.html`, beside this file) draws with the browser's own WebGL, or with a plain canvas
-//! where there is none, and loads nothing from anywhere. Here the run is put into it. The address may say where
-//! to start: `#t=1.5&view=side&paused&speed=0.5&show=bullet-paths,-grid`; views are `overview`, `side`, `front`,
+//! The page (in `replay/`: its frame, its look, and its script in the order of [`SCRIPTS`]) draws with the
+//! browser's own WebGL, or with a plain canvas where there is none, and loads nothing from anywhere. Here the run
+//! is put into it. The address may say where to start: `#t=1.5&view=side&paused&speed=0.5&show=bullet-paths,-grid`; views are `overview`, `side`, `front`,
 //! `top`, `net` and `target`.
 //!
 //! **Positions travel as base64 of little-endian f32.** Quantising to 16 bits would halve the page, but a
@@ -15,6 +15,8 @@
 use data_encoding::BASE64;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
+
+use super::template::fill;
 
 /// Frames kept at most: 10 s of motion at 60 frames per second.
 pub const MAX_FRAMES: usize = 600;
@@ -46,6 +48,8 @@ pub struct Replay<'a> {
     pub target: Option<ReplayTarget<'a>>,
     /// Numbers that change with time, in the order they are listed.
     pub curves: Vec<Curve<'a>>,
+    /// Threads and winches, if there are any.
+    pub closing: Option<Closing>,
     /// Moments worth jumping to: time [s] and a word, such as "first contact".
     pub marks: Vec<(f64, String)>,
 }
@@ -77,6 +81,56 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// The closing mechanism.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Closing {
+    /// When the winches started; null: never. [s]
+    pub start_s: Option<f64>,
+    /// Largest tension of a thread. [N]
+    pub limit_n: f64,
+    /// Where a thread that is wound outside of the net ends. [m]
+    pub anchor_m: [f64; 3],
+    /// The threads.
+    pub threads: Vec<Thread>,
+}
+
+/// A closing thread.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Thread {
+    /// The knots it passes, in order; null: the anchor.
+    pub way: Vec<Option<usize>>,
+    /// What is off the reels where winding ends. [m]
+    pub stop_m: f64,
+    /// Its length in the net, per frame. [m]
+    pub length_m: Vec<f64>,
+    /// What is off its reels, per frame. [m]
+    pub off_reels_m: Vec<f64>,
+    /// Its largest tension since the frame before, per frame. [N]
+    pub tension_n: Vec<f64>,
+}
+
+impl Thread {
+    /// With the frames `kept` alone.
+    fn thinned(&self, kept: &[usize]) -> Thread {
+        let only = |values: &[f64]| kept.iter().map(|&frame| values[frame]).collect();
+        Thread {
+            way: self.way.clone(),
+            stop_m: self.stop_m,
+            length_m: only(&self.length_m),
+            off_reels_m: only(&self.off_reels_m),
+            // The largest since the frame kept before.
+            tension_n: kept
+                .iter()
+                .enumerate()
+                .map(|(i, &frame)| {
+                    let since = if i == 0 { frame } else { kept[i - 1] + 1 };
+                    self.tension_n[since..=frame].iter().copied().fold(0.0, f64::max)
+                })
+                .collect(),
+        }
+    }
+}
+
 /// A number that changes with time.
 pub struct Curve<'a> {
     /// Its name, such as "mouth".
@@ -106,6 +160,7 @@ struct Page<'a> {
     perimeter: &'a [usize],
     target: Option<PageTarget<'a>>,
     curves: Vec<PageCurve<'a>>,
+    closing: Option<Closing>,
     marks: &'a [(f64, String)],
 }
 
@@ -130,7 +185,26 @@ struct PageCurve<'a> {
     along_slider: bool,
 }
 
-const TEMPLATE: &str = include_str!("replay.html");
+const TEMPLATE: &str = include_str!("replay/page.html");
+
+const STYLE: &str = include_str!("replay/page.css");
+
+/// The page's script, one subject a file. They share one scope: what stands in a file is known to those after it.
+const SCRIPTS: [&str; 13] = [
+    include_str!("replay/run.js"),
+    include_str!("replay/maths.js"),
+    include_str!("replay/camera.js"),
+    include_str!("replay/compose.js"),
+    include_str!("replay/webgl.js"),
+    include_str!("replay/canvas.js"),
+    include_str!("replay/picture.js"),
+    include_str!("replay/panel.js"),
+    include_str!("replay/winches.js"),
+    include_str!("replay/strip.js"),
+    include_str!("replay/play.js"),
+    include_str!("replay/controls.js"),
+    include_str!("replay/start.js"),
+];
 
 /// The page as text.
 pub fn html(replay: &Replay) -> String {
@@ -181,10 +255,20 @@ pub fn html(replay: &Replay) -> String {
                 along_slider: curve.along_slider,
             })
             .collect(),
+        closing: replay.closing.as_ref().map(|closing| Closing {
+            threads: closing.threads.iter().map(|thread| thread.thinned(&kept)).collect(),
+            ..closing.clone()
+        }),
         marks: &replay.marks,
     };
     let data = serde_json::to_string(&page).expect("plain numbers and text always serialise");
-    fill(TEMPLATE, &text_safe(replay.title), &script_safe(&data))
+    let parts = [
+        ("title", text_safe(replay.title)),
+        ("style", STYLE.to_owned()),
+        ("data", script_safe(&data)),
+        ("script", SCRIPTS.join("\n")),
+    ];
+    fill(TEMPLATE, &parts.each_ref().map(|(name, text)| (*name, text.as_str())))
 }
 
 /// Every how many frames one is kept, so that frames and bytes stay within their limits.
@@ -205,13 +289,6 @@ fn base64(numbers: impl Iterator<Item = f64>, n_numbers: usize) -> String {
     let mut bytes = Vec::with_capacity(4 * n_numbers);
     bytes.extend(numbers.flat_map(|number| (number as f32).to_le_bytes()));
     BASE64.encode(&bytes)
-}
-
-/// The template with its two gaps filled. Split, not replaced: a title may spell a gap's name.
-fn fill(template: &str, title: &str, data: &str) -> String {
-    let (head, rest) = template.split_once("{{title}}").expect("the template has a gap for the title");
-    let (middle, tail) = rest.split_once("{{data}}").expect("the template has a gap for the data");
-    [head, title, middle, data, tail].concat()
 }
 
 /// JSON that may stand in a script element: `</script>` and `<!--` cannot occur in it. Outside of strings JSON
@@ -326,6 +403,28 @@ mod tests {
             }
         }
 
+        /// Four threads along the sides, reeled in from 0.8 s to 1.9 s.
+        fn closing(&self) -> Closing {
+            let side = self.perimeter.len() / 4;
+            let knot = |i: usize| self.perimeter[i % self.perimeter.len()];
+            let wound = |t: f64| 0.7 - 0.6 * ((t - 0.8) / 1.1).clamp(0.0, 1.0);
+            let off: Vec<f64> = self.times.iter().map(|&t| wound(t)).collect();
+            let tension = |&t: &f64| if t > 0.8 { (2.0 * (t - 0.8)).min(1.0) } else { 0.0 };
+            let thread = |n: usize| Thread {
+                way: (n * side..=(n + 1) * side).map(|i| Some(knot(i))).collect(),
+                stop_m: 0.1,
+                length_m: off.clone(),
+                off_reels_m: off.clone(),
+                tension_n: self.times.iter().map(tension).collect(),
+            };
+            Closing {
+                start_s: Some(0.8),
+                limit_n: 1.0,
+                anchor_m: [0.0; 3],
+                threads: (0..4).map(thread).collect(),
+            }
+        }
+
         fn replay<'a>(&'a self, title: &'a str, parts: Option<Vec<Mesh>>) -> Replay<'a> {
             Replay {
                 title,
@@ -342,6 +441,7 @@ mod tests {
                 } else {
                     vec![(0.7, "largest area".into())]
                 },
+                closing: parts.is_some().then(|| self.closing()),
                 curves: self
                     .curves
                     .iter()
@@ -424,6 +524,7 @@ mod tests {
         let page = html(&demo.replay(title, None));
         assert!(!page.contains("alert(1)</script"));
         assert_eq!(page.matches("</script>").count(), TEMPLATE.matches("</script>").count());
+        assert!(SCRIPTS.iter().all(|script| !script.contains("</script")));
         assert!(page.contains("<title>&lt;/script&gt;&lt;script&gt;alert(1)"));
         assert_eq!(data_of(&page)["title"], title);
     }
@@ -446,6 +547,21 @@ mod tests {
         assert_eq!(attitudes.len(), 7 * 4);
         assert_eq!(attitudes[4 * 6], demo.attitudes[6].w as f32, "w comes first");
         assert_eq!(data["cables"].as_array().unwrap().len(), data["rest_lengths"].as_array().unwrap().len());
+    }
+
+    /// A tension is a peak between frames: what is left out must not hide it.
+    #[test]
+    fn thinning_keeps_the_peaks_of_a_tension() {
+        let values = vec![0.0, 5.0, 1.0, 0.0, 2.0, 3.0];
+        let thread = Thread {
+            length_m: values.clone(),
+            off_reels_m: values.clone(),
+            tension_n: values,
+            ..Thread::default()
+        };
+        let thinned = thread.thinned(&[0, 3, 5]);
+        assert_eq!(thinned.tension_n, [0.0, 5.0, 3.0]);
+        assert_eq!(thinned.length_m, [0.0, 0.0, 3.0]);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
 use crate::metrics::capture::Reason;
+use crate::metrics::retention::Trial;
 use crate::metrics::summary::Summary;
 use crate::study::ensemble::Ensemble;
 
@@ -43,6 +44,28 @@ pub fn summary(summary: &Summary) -> String {
         rows.number("separation", capture.separation, "target lengths");
         rows.number("quality index", capture.cqi, "0 is ideal");
     }
+    if let Some(chaser) = &summary.chaser {
+        rows.head("chaser");
+        rows.text("recoil", &vector(&chaser.recoil_m_s.map(|v| 1e3 * v)), "mm/s");
+        rows.text("spin by the shot (body)", &vector(&chaser.recoil_rad_s.map(|w| 1e3 * w)), "mrad/s");
+    }
+    if let Some(closing) = &summary.closing {
+        rows.head("closing");
+        rows.optional("winches start", closing.triggered_s, "s", "never");
+        rows.optional("time to close", closing.time_to_close_s, "s", "not closed");
+        rows.number("thread off the reels", closing.length_end_m, "m");
+        rows.number("largest tension of a thread", closing.max_tension_n, "N");
+        rows.number("time at the tension limit", closing.time_at_limit_s, "s");
+        rows.number("winch work", closing.winch_work_j, "J");
+    }
+    if let Some(retention) = &summary.retention {
+        rows.head("holds");
+        for (name, trial) in [("one turn", retention.turn), ("the tug", retention.tug)] {
+            if let Some(trial) = trial {
+                rows.text(name, held(&trial), &format!("to {:.2} s", trial.held_until_s));
+            }
+        }
+    }
     let cables = &summary.cables;
     rows.head("cables");
     rows.number("largest tension", cables.max_tension_n, "N");
@@ -56,6 +79,10 @@ pub fn summary(summary: &Summary) -> String {
     rows.head("cost");
     rows.number("wall time", summary.wall_s, "s");
     rows.number("simulated", summary.simulated_s, "s");
+    for name in &summary.effects {
+        let share = summary.time_shares.get(&format!("effects.{name}"));
+        rows.number(&format!("effect {name}"), 100.0 * share.copied().unwrap_or(0.0), "% of the wall time");
+    }
 
     format!("{}\n{}\n{}", summary.title, rows.0, verdict(summary))
 }
@@ -111,6 +138,15 @@ pub fn verdict(summary: &Summary) -> String {
         Reason::Missed => "NOT CAPTURED: the net never enclosed the target.".to_owned(),
         Reason::Slipped => "NOT CAPTURED: the target was enclosed and slipped out.".to_owned(),
         Reason::Open => "NOT CAPTURED: enclosed, but the mouth is still open.".to_owned(),
+    }
+}
+
+/// How a trial ended, in words.
+pub fn held(trial: &Trial) -> &'static str {
+    match trial.held {
+        Some(true) => "held",
+        Some(false) => "lost",
+        None => "held so far",
     }
 }
 

@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ensemble::{self, Quartiles, Share, perturbed};
 use crate::case::Case;
+use crate::metrics::retention::{Retention, Trial};
 use crate::metrics::summary::Summary;
 use crate::provenance::Provenance;
 use crate::run::Run;
@@ -95,6 +96,12 @@ pub struct Outcome {
     pub captured: Option<Share>,
     /// How often each reason was given.
     pub reasons: BTreeMap<String, usize>,
+    /// Share that held the target over one period of its tumbling, of those decided (`retention.turn`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_turn: Option<Share>,
+    /// Share that held the target while it was tugged at, of those decided (`retention.tug`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_tug: Option<Share>,
     /// Quartiles of every number of the summaries.
     pub scalars: BTreeMap<String, Quartiles>,
     /// Difference between its own members: chaos. Absent with fewer than two.
@@ -248,6 +255,8 @@ impl Outcome {
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
             reasons,
+            held_turn: held(&tracks, |retention| retention.turn),
+            held_tug: held(&tracks, |retention| retention.tug),
             scalars: values.into_iter().map(|(name, values)| (name, Quartiles::of(values))).collect(),
             own: Separation::of(&pairs, request.trust_distance_m),
             against_base: None,
@@ -298,6 +307,14 @@ impl Against {
             separation,
         })
     }
+}
+
+/// Share of the runs that stood a trial, of those that were decided.
+fn held(tracks: &[&Track], trial: fn(Retention) -> Option<Trial>) -> Option<Share> {
+    let decided: Vec<bool> =
+        tracks.iter().filter_map(|track| trial(track.summary.retention?)?.held).collect();
+    let n_held = decided.iter().filter(|held| **held).count();
+    (!decided.is_empty()).then(|| Share::of(n_held, decided.len()))
 }
 
 fn tracks(members: &[Member]) -> impl Iterator<Item = (usize, &Track)> {

@@ -89,9 +89,11 @@ pub struct Ensemble {
     pub scalars: BTreeMap<String, Quartiles>,
 }
 
-/// A copy of `case` whose folded knots are moved by up to `request.perturb_m` along each axis.
+/// A copy of `case` whose folded knots are moved by up to `request.perturb_m` along each axis, and
+/// whose shots deviate anew where the scene disperses them.
 pub fn perturbed(case: &Case, request: &Request, member: usize) -> Case {
     let mut case = case.clone();
+    case.disperse(member as u64);
     // A stream a member: the same perturbation whatever the number of members or threads.
     let mut random = ChaCha8Rng::seed_from_u64(request.seed);
     random.set_stream(member as u64);

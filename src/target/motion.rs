@@ -21,12 +21,12 @@ pub struct RigidMotion {
 impl RigidMotion {
     /// The motion of `target`.
     pub fn of(target: &Target) -> RigidMotion {
-        RigidMotion {
-            motion: target.motion,
-            inertia: target.inertia,
-            // A checked inertia is positive definite.
-            inverse_inertia: target.inertia.try_inverse().unwrap_or_default(),
-        }
+        RigidMotion::new(target.motion, target.inertia)
+    }
+
+    /// The motion of a body of `inertia` in its own frame [kg m^2], positive definite.
+    pub fn new(motion: Motion, inertia: Matrix3<f64>) -> RigidMotion {
+        RigidMotion { motion, inertia, inverse_inertia: inertia.try_inverse().unwrap_or_default() }
     }
 
     /// `body` after `step` seconds.
@@ -62,8 +62,7 @@ mod tests {
     #[test]
     fn a_body_tumbling_about_its_middle_axis_flips() {
         let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0));
-        let motion =
-            RigidMotion { motion: Motion::Free, inertia, inverse_inertia: inertia.try_inverse().unwrap() };
+        let motion = RigidMotion::new(Motion::Free, inertia);
         let mut body = Body {
             position: Vector3::zeros(),
             attitude: UnitQuaternion::identity(),

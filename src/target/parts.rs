@@ -59,8 +59,6 @@ pub enum Primitive {
     Convex {
         /// The hull, with its corners.
         hull: Hull,
-        /// The same for the engine, which may refuse a hull; hence made once, with it.
-        shape: SharedShape,
     },
 }
 
@@ -89,12 +87,12 @@ pub struct Solid {
 }
 
 impl Primitive {
-    /// Convex hull of `points`; `None` when they span no volume.
+    /// Convex hull of `points`; `None` when they span no volume, or the engine refuses the hull.
     pub fn convex(points: &[Vector3<f64>]) -> Option<Primitive> {
         let hull = Hull::of(points)?;
         let corners = hull.vertices.iter().map(to_parry).collect();
-        let shape = SharedShape::convex_mesh(corners, &hull.triangles)?;
-        Some(Primitive::Convex { hull, shape })
+        SharedShape::convex_mesh(corners, &hull.triangles)?;
+        Some(Primitive::Convex { hull })
     }
 
     /// Volume [m^3].
@@ -115,7 +113,7 @@ impl Primitive {
             }
             Primitive::Ball { radius } => MassProperties::from_ball(1.0, radius),
             // The engine would pass through eigenvectors here; the direct sum keeps all digits.
-            Primitive::Convex { ref hull, .. } => {
+            Primitive::Convex { ref hull } => {
                 return Moments::of_surface(&hull.vertices, &hull.triangles);
             }
         };
@@ -134,7 +132,7 @@ impl Primitive {
             Primitive::Cuboid { half: [x, y, z] } => 2.0 * x.min(*y).min(*z),
             Primitive::Cylinder { radius, half_length } => 2.0 * radius.min(*half_length),
             Primitive::Capsule { radius, .. } | Primitive::Ball { radius } => 2.0 * radius,
-            Primitive::Convex { hull, .. } => {
+            Primitive::Convex { hull } => {
                 let width = |plane: &crate::geometry::Plane| {
                     let lowest = hull.vertices.iter().map(|v| plane.normal.dot(v)).fold(f64::MAX, f64::min);
                     plane.offset - lowest
@@ -157,7 +155,7 @@ impl Primitive {
                 along(*half_length) + *radius * direction.normalize()
             }
             Primitive::Ball { radius } => *radius * direction.normalize(),
-            Primitive::Convex { hull, .. } => {
+            Primitive::Convex { hull } => {
                 let height = |v: &&Vector3<f64>| direction.dot(v);
                 let highest = hull.vertices.iter().max_by(|a, b| height(a).total_cmp(&height(b)));
                 highest.copied().unwrap_or_default()
@@ -177,7 +175,7 @@ impl Primitive {
                 off_axis.hypot(point.y.abs() + half_length) + radius
             }
             Primitive::Ball { radius } => point.norm() + radius,
-            Primitive::Convex { hull, .. } => {
+            Primitive::Convex { hull } => {
                 hull.vertices.iter().map(|vertex| (vertex - point).norm()).fold(0.0, f64::max)
             }
         }
@@ -195,7 +193,7 @@ impl Primitive {
                 off_axis.hypot((point.y.abs() - half_length).max(0.0)) <= *radius
             }
             Primitive::Ball { radius } => point.norm() <= *radius,
-            Primitive::Convex { hull, .. } => hull.contains(point),
+            Primitive::Convex { hull } => hull.contains(point),
         }
     }
 
@@ -233,18 +231,7 @@ impl Primitive {
             }
             Primitive::Capsule { radius, half_length } => capped(*radius, *half_length),
             Primitive::Ball { radius } => capped(*radius, 0.0),
-            Primitive::Convex { hull, .. } => hull.vertices.clone(),
-        }
-    }
-
-    /// The same for the engine.
-    pub fn to_parry(&self) -> SharedShape {
-        match self {
-            Primitive::Cuboid { half: [x, y, z] } => SharedShape::cuboid(*x, *y, *z),
-            Primitive::Cylinder { radius, half_length } => SharedShape::cylinder(*half_length, *radius),
-            Primitive::Capsule { radius, half_length } => SharedShape::capsule_y(*half_length, *radius),
-            Primitive::Ball { radius } => SharedShape::ball(*radius),
-            Primitive::Convex { shape, .. } => shape.clone(),
+            Primitive::Convex { hull } => hull.vertices.clone(),
         }
     }
 }
@@ -274,11 +261,6 @@ impl ConvexPart {
     /// Distance from the origin of the body frame to the furthest point of the part [m].
     pub fn reach(&self) -> f64 {
         self.primitive.reach_from(&self.to_part(&Vector3::zeros()))
-    }
-
-    /// Form for the engine; its place in the body is `pose`.
-    pub fn to_parry(&self) -> SharedShape {
-        self.primitive.to_parry()
     }
 
     pub(super) fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
@@ -466,36 +448,6 @@ mod tests {
         let expected = [1.0, 1.0, 1.0, 1.0, 1.0];
         for (primitive, expected) in primitives().iter().zip(expected) {
             assert!((primitive.thickness() - expected).abs() < 1e-12, "{primitive:?}");
-        }
-    }
-
-    #[test]
-    fn hulls_of_rough_and_flat_clouds_suit_the_engine() {
-        for exponent in -9..=0 {
-            for n in [5, 8, 21] {
-                let noise = 10f64.powi(exponent);
-                let node = |i: usize| {
-                    let flat = Vector3::new((i / n) as f64, (i % n) as f64, 0.0);
-                    flat + noise * (crate::geometry::halton(i) - Vector3::repeat(0.5))
-                };
-                let convex = Primitive::convex(&(0..n * n).map(node).collect::<Vec<_>>()).unwrap();
-                let shape = convex.to_parry();
-                let theirs = shape.as_support_map().unwrap();
-                for i in 0..100 {
-                    let direction = crate::geometry::halton(i) - Vector3::repeat(0.5);
-                    let point = from_parry(&theirs.local_support_point(to_parry(&direction)));
-                    assert!((direction.dot(&(point - convex.support(&direction)))).abs() < 1e-14);
-                }
-                assert!(convex.thickness() <= noise);
-            }
-        }
-    }
-
-    #[test]
-    fn the_engine_gets_the_same_solid() {
-        for primitive in primitives() {
-            let theirs = primitive.to_parry().mass_properties(1.0);
-            assert!((theirs.mass() / primitive.volume() - 1.0).abs() < 1e-12, "{primitive:?}");
         }
     }
 }

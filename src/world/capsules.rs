@@ -5,15 +5,13 @@
 //! it remembers of a pair is stale.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rapier3d::prelude::{
-    ActiveHooks, ColliderBuilder, ColliderHandle, PairFilterContext, PhysicsHooks, SolverFlags,
-};
 
-use super::convert::{engines, engines_pose_of, ours};
+use super::convert::{engines, engines_pose_of, number, ours, real};
 use super::detector::{Parts, Scan};
-use super::{CABLES, KNOTS, TARGET};
+use super::rapier::prelude::{ColliderBuilder, ColliderHandle};
+use super::{CABLES, TARGET};
 use crate::net::Net;
-use crate::state::{Along, Body, Contact, Knots};
+use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
 use crate::target::parts::ConvexPart;
 
@@ -36,14 +34,14 @@ struct Capsules {
 }
 
 impl Capsules {
-    fn insert(scan: &mut Scan, net: &Net, sees: rapier3d::prelude::Group, hooks: ActiveHooks) -> Capsules {
+    fn insert(scan: &mut Scan, net: &Net) -> Capsules {
         let ends: Vec<[usize; 2]> = net.cables.iter().map(|cable| [cable.a, cable.b]).collect();
         let radius: Vec<f64> = (0..ends.len()).map(|cable| net.cable_radius(cable)).collect();
         let shape = |cable: usize| {
             let half = 0.5 * net.cables[cable].rest_length;
-            ColliderBuilder::capsule_y(half, radius[cable]).active_hooks(hooks)
+            ColliderBuilder::capsule_y(real(half), real(radius[cable]))
         };
-        let handles = (0..ends.len()).map(|cable| scan.insert(shape(cable), CABLES, sees, cable)).collect();
+        let handles = (0..ends.len()).map(|cable| scan.insert(shape(cable), CABLES, TARGET, cable)).collect();
         Capsules { ends, radius, handles }
     }
 
@@ -65,7 +63,7 @@ impl Capsules {
     }
 }
 
-/// Finds where cables are near a target.
+/// Finds where cables are near a target; see [`crate::world::CableDetector`].
 pub struct CableDetector {
     scan: Scan,
     parts: Parts,
@@ -74,20 +72,18 @@ pub struct CableDetector {
 }
 
 impl CableDetector {
-    /// Finds contacts of the cables of `net` with `target` whose gap is at most `reach` [m].
-    pub fn new(net: &Net, target: &Target, reach: f64) -> CableDetector {
-        let mut scan = Scan::new(reach);
+    pub fn new(net: &Net, target: &Target) -> CableDetector {
+        let mut scan = Scan::new();
         let parts = Parts::insert(&mut scan, target, CABLES);
-        let capsules = Capsules::insert(&mut scan, net, TARGET, ActiveHooks::empty());
+        let capsules = Capsules::insert(&mut scan, net);
         CableDetector { scan, parts, solids: target.parts.clone(), capsules }
     }
 
-    /// Contacts between the ends of cables at the pose of `knots` and `body`, in the order of cables,
-    /// parts and places; what touches at an end is the knot's business.
-    pub fn detect(&mut self, knots: &Knots, body: &Body, contacts: &mut Vec<Contact>) {
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        let knots = &state.knots;
         self.parts.place(&mut self.scan, body);
         self.capsules.place(&mut self.scan, knots);
-        self.scan.run(&());
+        self.scan.run(reach);
         contacts.clear();
         for pair in self.scan.narrow_phase.contact_pairs() {
             let colliders = &self.scan.colliders;
@@ -111,7 +107,7 @@ impl CableDetector {
                         first.position() * point.local_p1
                     };
                     let on_part = ours(on_part);
-                    let place = on_part + (point.dist + self.capsules.radius[cable]) * normal;
+                    let place = on_part + (number(point.dist) + self.capsules.radius[cable]) * normal;
                     let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
                     if !(AT_KNOT..=1.0 - AT_KNOT).contains(&share)
                         || !self.bounds(part, body, &normal, &on_part)
@@ -124,7 +120,7 @@ impl CableDetector {
                         part,
                         point: on_part,
                         normal,
-                        gap: point.dist,
+                        gap: number(point.dist),
                         ..Contact::default()
                     });
                 }
@@ -153,99 +149,7 @@ impl CableDetector {
         normal.dot(&(furthest - point)) <= BEYOND
     }
 
-    /// Number of colliders.
     pub fn n_colliders(&self) -> usize {
         self.scan.colliders.len()
-    }
-}
-
-/// Finds cables and bullets of a net that are near each other.
-pub struct SelfDetector {
-    scan: Scan,
-    capsules: Capsules,
-    bullets: Vec<(usize, ColliderHandle)>,
-    tied: Tied,
-}
-
-/// Something of the net that can meet another: a cable, or the ball of a bullet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Strand {
-    /// A cable.
-    Cable(usize),
-    /// The ball of the bullet at a knot.
-    Bullet(usize),
-}
-
-impl SelfDetector {
-    /// Finds pairs of `net`, with bullets of `bullet_radius` [m], that are at most `reach` apart [m].
-    pub fn new(net: &Net, bullet_radius: f64, reach: f64) -> SelfDetector {
-        let mut scan = Scan::new(reach);
-        let hooks = ActiveHooks::FILTER_CONTACT_PAIRS;
-        let all = CABLES | KNOTS;
-        let capsules = Capsules::insert(&mut scan, net, all, hooks);
-        let ball = || ColliderBuilder::ball(bullet_radius).active_hooks(hooks);
-        let bullets = net.bullets.iter().map(|&knot| (knot, scan.insert(ball(), KNOTS, all, knot))).collect();
-        let tied = Tied { ends: capsules.ends.clone() };
-        SelfDetector { scan, capsules, bullets, tied }
-    }
-
-    /// Pairs at the positions of `knots`, the lesser first, in order.
-    pub fn detect(&mut self, knots: &Knots, pairs: &mut Vec<[Strand; 2]>) {
-        self.capsules.place(&mut self.scan, knots);
-        for &(knot, handle) in &self.bullets {
-            if let Some(collider) = self.scan.collider(handle) {
-                collider.set_translation(engines(&knots.position[knot]));
-            }
-        }
-        self.scan.run(&self.tied);
-        pairs.clear();
-        for pair in self.scan.narrow_phase.contact_pairs() {
-            let colliders = &self.scan.colliders;
-            let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
-            else {
-                continue;
-            };
-            if pair.solver_manifolds().iter().any(|manifold| !manifold.points.is_empty()) {
-                let (one, other) = (strand(first), strand(second));
-                pairs.push([one.min(other), one.max(other)]);
-            }
-        }
-        pairs.sort_unstable();
-    }
-
-    /// Number of colliders.
-    pub fn n_colliders(&self) -> usize {
-        self.scan.colliders.len()
-    }
-}
-
-fn strand(collider: &rapier3d::prelude::Collider) -> Strand {
-    let index = collider.user_data as usize;
-    if collider.collision_groups().memberships == CABLES {
-        Strand::Cable(index)
-    } else {
-        Strand::Bullet(index)
-    }
-}
-
-/// Keeps apart what a knot ties together: it always touches there.
-struct Tied {
-    ends: Vec<[usize; 2]>,
-}
-
-impl Tied {
-    fn knots(&self, strand: Strand) -> [usize; 2] {
-        match strand {
-            Strand::Cable(cable) => self.ends[cable],
-            Strand::Bullet(knot) => [knot, knot],
-        }
-    }
-}
-
-impl PhysicsHooks for Tied {
-    fn filter_contact_pair(&self, context: &PairFilterContext) -> Option<SolverFlags> {
-        let [first, second] = [context.collider1, context.collider2].map(|c| context.colliders.get(c));
-        let [one, other] = [self.knots(strand(first?)), self.knots(strand(second?))];
-        (!one.iter().any(|knot| other.contains(knot))).then(SolverFlags::empty)
     }
 }

@@ -1,45 +1,48 @@
-//! Between our vectors (nalgebra) and the engine's (glam).
+//! Between our numbers and vectors (64 bits, nalgebra) and the engine's (its build's width, glam).
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use rapier3d::math::{Pose, Rotation, Vector};
+#![allow(clippy::unnecessary_cast, reason = "one of the two builds has our own width")]
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+use super::rapier::math::{Pose, Real, Rotation, Vector};
+
+/// Our number from the engine's.
+pub fn number(x: Real) -> f64 {
+    x as f64
+}
+
+/// The engine's number from ours.
+pub fn real(x: f64) -> Real {
+    x as Real
+}
 
 /// Ours from the engine's.
 pub fn ours(v: Vector) -> Vector3<f64> {
-    Vector3::new(v.x, v.y, v.z)
+    Vector3::new(number(v.x), number(v.y), number(v.z))
 }
 
 /// The engine's from ours.
 pub fn engines(v: &Vector3<f64>) -> Vector {
-    Vector::new(v.x, v.y, v.z)
+    Vector::new(real(v.x), real(v.y), real(v.z))
 }
 
 /// Our rotation from the engine's.
 pub fn our_rotation(q: &Rotation) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z))
+    UnitQuaternion::new_unchecked(Quaternion::new(number(q.w), number(q.x), number(q.y), number(q.z)))
+}
+
+/// The engine's rotation from ours.
+pub fn engines_rotation(rotation: &UnitQuaternion<f64>) -> Rotation {
+    let q = rotation.quaternion();
+    Rotation::from_xyzw(real(q.i), real(q.j), real(q.k), real(q.w))
 }
 
 /// The engine's pose from ours.
 pub fn engines_pose(pose: &Isometry3<f64>) -> Pose {
-    let q = pose.rotation.quaternion();
-    Pose::from_parts(engines(&pose.translation.vector), Rotation::from_xyzw(q.i, q.j, q.k, q.w))
+    Pose::from_parts(engines(&pose.translation.vector), engines_rotation(&pose.rotation))
 }
 
 /// The engine's pose from a position and a rotation of ours.
 pub fn engines_pose_of(position: &Vector3<f64>, rotation: &UnitQuaternion<f64>) -> Pose {
     engines_pose(&Isometry3::from_parts(Translation3::from(*position), *rotation))
-}
-
-/// The engine's matrix from ours.
-pub fn engines_matrix(m: &Matrix3<f64>) -> rapier3d::math::Matrix {
-    rapier3d::math::Matrix::from_cols_array(&[
-        m[(0, 0)],
-        m[(1, 0)],
-        m[(2, 0)],
-        m[(0, 1)],
-        m[(1, 1)],
-        m[(2, 1)],
-        m[(0, 2)],
-        m[(1, 2)],
-        m[(2, 2)],
-    ])
 }

@@ -1,35 +1,30 @@
 //! The engine's world behind our words: knots, target, cable joints, contacts.
 //!
-//! No type of the engine leaves this module. Bodies are built once; a step writes velocities that
-//! snaps changed and forces of effects, lets the engine advance, and reads positions, velocities
-//! and contacts back.
+//! No type of the engine leaves this module. A step writes velocities that snaps changed and forces
+//! of effects, lets the engine advance, and reads positions, velocities and contacts back.
 //!
 //! Two levels of detection (Section 4.5.1): while the box of the net and the box of the target are
 //! apart, the knots' colliders are off and the engine detects nothing.
+//!
+//! The engine comes in two builds, with numbers of 64 and of 32 bits, and the same files (`engine.rs`
+//! and those it names) are compiled against both; [`World`] and [`Detector`] hold either. Our side
+//! is of 64 bits throughout and converts at the border. 32 bits are for measuring, not for results:
+//! a torque-free stage of 8 t that tumbles about its middle axis drifts by 9 % in energy in
+//! 300 s, against 2e-8 (`tests/precision.rs`).
 
-pub mod capsules;
-mod convert;
-pub mod detector;
-pub mod settings;
-mod sliding;
+mod double;
+mod single;
 pub mod sweeps;
 
 use nalgebra::Vector3;
-use rapier3d::prelude::{
-    ActiveHooks, Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group,
-    ImpulseJointHandle, InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes,
-    MassProperties, NarrowPhase, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType,
-    SpringCoefficients, Vector,
-};
-use rapier3d::utils::OrthonormalBasis;
 
 use crate::friction::Law;
 use crate::net::Net;
-use crate::state::{Body, Contact, Knots, Loads, State};
+use crate::solver::Precision;
+use crate::state::{Body, Contact, Loads, State};
 use crate::target::Target;
-use crate::target::spec::Motion;
-use convert::{engines, engines_matrix, engines_pose, engines_pose_of, our_rotation, ours};
-use sliding::Sliding;
+
+pub use double::engine::settings;
 
 /// How the world is set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +39,8 @@ pub struct Setup {
     pub friction: Option<Law>,
     /// Whether the engine finds and answers contacts.
     pub has_contacts: bool,
+    /// Width of the engine's numbers.
+    pub precision: Precision,
 }
 
 /// What the world consists of.
@@ -58,69 +55,30 @@ pub struct Census {
 }
 
 /// The engine's world.
-pub struct World {
-    physics: PhysicsWorld,
-    knots: Vec<RigidBodyHandle>,
-    joints: Vec<ImpulseJointHandle>,
-    target: Option<TargetHandles>,
-    /// The friction law, where the engine's own, Coulomb's, is not enough.
-    sliding: Option<Sliding>,
-    forces_act: bool,
+pub struct World(Engine);
+
+enum Engine {
+    Double(Box<double::engine::World>),
+    Single(Box<single::engine::World>),
 }
 
-/// The target's handles and what detection needs of it.
-struct TargetHandles {
-    body: RigidBodyHandle,
-    knot_colliders: Vec<ColliderHandle>,
-    bounding_radius: f64,
-    /// Distance from which the engine sees a knot and a part as a pair [m].
-    reach: f64,
-    detecting: bool,
+/// The same call to whichever build there is.
+macro_rules! either {
+    ($engines:ident, $holder:expr, $engine:ident => $call:expr) => {
+        match $holder {
+            $engines::Double($engine) => $call,
+            $engines::Single($engine) => $call,
+        }
+    };
 }
-
-const KNOTS: Group = Group::GROUP_1;
-const TARGET: Group = Group::GROUP_2;
-const CABLES: Group = Group::GROUP_3;
 
 impl World {
     /// Knots of `net`, and `target` where the scene has one.
     pub fn new(net: &Net, target: Option<&Target>, setup: &Setup) -> World {
-        // How far a knot and a part may come closer within a step. Four times the fastest at the
-        // start: light knots are snapped to several times a bullet's speed. With twice, 1 in 5 runs
-        // of the Cubesat met a knot the engine had not seen, 0.25 mm deep; with four times the
-        // deepest of 20 runs was 2e-3 mm.
-        let fastest = net.launch_velocity.iter().map(|v| v.norm()).fold(0.0, f64::max)
-            + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius);
-        let thickest = net.radius.iter().copied().fold(0.0, f64::max);
-        let reach = (4.0 * fastest * setup.step).max(thickest);
-
-        let mut physics = PhysicsWorld::new();
-        physics.gravity = Vector::ZERO;
-        physics.integration_parameters = settings::parameters(setup.step, setup.substeps, reach);
-        let knots: Vec<_> = (0..net.n_knots())
-            .map(|knot| {
-                physics.bodies.insert(
-                    // A knot is a point: it does not turn. Bodies of a free-floating scene must not
-                    // fall asleep: below 0.05 m/s the engine would freeze them.
-                    RigidBodyBuilder::dynamic()
-                        .translation(engines(&net.folded[knot]))
-                        .linvel(engines(&net.launch_velocity[knot]))
-                        .locked_axes(LockedAxes::ROTATION_LOCKED)
-                        .additional_mass_properties(MassProperties::new(
-                            Vector::ZERO,
-                            net.mass[knot],
-                            Vector::ZERO,
-                        ))
-                        .can_sleep(false),
-                )
-            })
-            .collect();
-        let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
-        let sliding = match setup.friction {
-            Some(law @ Law::Hollars { .. }) => Some(Sliding { law }),
-            _ => None,
-        };
-        World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
+        World(match setup.precision {
+            Precision::F64 => Engine::Double(Box::new(double::engine::World::new(net, target, setup))),
+            Precision::F32 => Engine::Single(Box::new(single::engine::World::new(net, target, setup))),
+        })
     }
 
     /// Ties two knots by a joint that pulls them together beyond `rest_length` [m] like a spring of
@@ -129,267 +87,146 @@ impl World {
     /// Returns its index.
     pub fn tie(
         &mut self,
-        [a, b]: [usize; 2],
+        knots: [usize; 2],
         rest_length: f64,
         natural_frequency: f64,
         damping_ratio: f64,
     ) -> usize {
-        // A coupled linear limit is one row along the line between the bodies, refreshed every
-        // sub-step; uncoupled limits would keep its direction over the step and misjudge the
-        // stretch of a turning cable.
-        let joint = GenericJointBuilder::new(JointAxesMask::empty())
-            .coupled_axes(JointAxesMask::LIN_AXES)
-            .limits(JointAxis::LinX, [0.0, rest_length])
-            .softness(SpringCoefficients::new(natural_frequency, damping_ratio))
-            .build();
-        let handle = self.physics.impulse_joints.insert(self.knots[a], self.knots[b], joint, false);
-        self.joints.push(handle);
-        self.joints.len() - 1
+        either!(Engine, &mut self.0, engine => engine.tie(knots, rest_length, natural_frequency, damping_ratio))
     }
 
     /// Lets joint `index` act, or rest.
     pub fn set_acting(&mut self, index: usize, acts: bool) {
-        if let Some(joint) = self.physics.impulse_joints.get_mut(self.joints[index], false) {
-            joint.data.set_enabled(acts);
-        }
+        either!(Engine, &mut self.0, engine => engine.set_acting(index, acts));
     }
 
     /// Gives knot `index` a new velocity [m/s].
     pub fn set_velocity(&mut self, index: usize, velocity: &Vector3<f64>) {
-        self.physics.bodies[self.knots[index]].set_linvel(engines(velocity), false);
+        either!(Engine, &mut self.0, engine => engine.set_velocity(index, velocity));
     }
 
     /// Puts knot `index` elsewhere [m].
     pub fn set_position(&mut self, index: usize, position: &Vector3<f64>) {
-        self.physics.bodies[self.knots[index]].set_translation(engines(position), false);
+        either!(Engine, &mut self.0, engine => engine.set_position(index, position));
     }
 
     /// Gives the target a new pose and motion.
     pub fn set_target(&mut self, body: &Body) {
-        let Some(target) = &self.target else { return };
-        let own = &mut self.physics.bodies[target.body];
-        own.set_position(engines_pose_of(&body.position, &body.attitude), false);
-        own.set_linvel(engines(&body.velocity), false);
-        own.set_angvel(engines(&body.rate), false);
+        either!(Engine, &mut self.0, engine => engine.set_target(body));
     }
 
     /// Takes over all positions and velocities of `state`.
     pub fn write(&mut self, state: &State) {
-        for knot in 0..self.knots.len() {
-            self.set_position(knot, &state.knots.position[knot]);
-            self.set_velocity(knot, &state.knots.velocity[knot]);
-        }
-        if let Some(body) = &state.target {
-            self.set_target(body);
-        }
+        either!(Engine, &mut self.0, engine => engine.write(state));
+    }
+
+    /// Takes over all velocities of `state`.
+    pub fn write_velocities(&mut self, state: &State) {
+        either!(Engine, &mut self.0, engine => engine.write_velocities(state));
     }
 
     /// Applies the forces of effects over the next step; none where no effect applies any.
     pub fn apply(&mut self, loads: &Loads) {
-        if loads.on_knots.is_empty() {
-            return;
-        }
-        self.forces_act = true;
-        for (&handle, force) in self.knots.iter().zip(&loads.on_knots) {
-            self.physics.bodies[handle].add_force(engines(force), false);
-        }
-        if let Some(target) = &self.target {
-            let body = &mut self.physics.bodies[target.body];
-            body.add_force(engines(&loads.on_target), false);
-            body.add_torque(engines(&loads.torque_on_target), false);
-        }
-    }
-
-    /// Turns detection on when the boxes of net and target come within reach of each other.
-    fn watch(&mut self, state: &State) {
-        if self.detecting() || self.apart(state) {
-            return;
-        }
-        if let Some(target) = &mut self.target {
-            target.detecting = !target.knot_colliders.is_empty();
-            for &handle in &target.knot_colliders {
-                self.physics.colliders[handle].set_enabled(true);
-            }
-        }
+        either!(Engine, &mut self.0, engine => engine.apply(loads));
     }
 
     /// Whether net and target are out of reach of each other.
     pub fn apart(&self, state: &State) -> bool {
-        let (Some(target), Some(body)) = (&self.target, &state.target) else { return true };
-        state.knots.apart_from(body, target.bounding_radius + target.reach)
+        either!(Engine, &self.0, engine => engine.apart(state))
     }
 
     /// One step of the engine from `state`, with `sweeps` sweeps over all rows in each sub-step;
     /// knots and target are then read back.
     pub fn advance(&mut self, state: &mut State, sweeps: u32) {
-        self.watch(state);
-        self.physics.integration_parameters.num_internal_pgs_iterations = sweeps as usize;
-        match &self.sliding {
-            Some(sliding) => self.physics.step_with_events(sliding, &()),
-            None => self.physics.step(),
-        }
-        if self.forces_act {
-            // The engine keeps forces until they are taken back.
-            for &handle in &self.knots {
-                self.physics.bodies[handle].reset_forces(false);
-            }
-            if let Some(target) = &self.target {
-                let body = &mut self.physics.bodies[target.body];
-                body.reset_forces(false);
-                body.reset_torques(false);
-            }
-            self.forces_act = false;
-        }
-        self.read(state);
+        either!(Engine, &mut self.0, engine => engine.advance(state, sweeps));
     }
 
     /// Copies positions and velocities of knots and target to `state`.
     pub fn read(&self, state: &mut State) {
-        let Knots { position, velocity } = &mut state.knots;
-        position.clear();
-        velocity.clear();
-        for &handle in &self.knots {
-            let body = &self.physics.bodies[handle];
-            position.push(ours(body.translation()));
-            velocity.push(ours(body.linvel()));
-        }
-        state.target = self.target.as_ref().map(|target| {
-            let body = &self.physics.bodies[target.body];
-            Body {
-                position: ours(body.translation()),
-                attitude: our_rotation(body.rotation()),
-                velocity: ours(body.linvel()),
-                rate: ours(body.angvel()),
-            }
-        });
+        either!(Engine, &self.0, engine => engine.read(state));
     }
 
     /// The contacts of the last step, in the order of knots and parts.
     pub fn contacts(&self, contacts: &mut Vec<Contact>) {
-        read_contacts(&self.physics.narrow_phase, &self.physics.colliders, contacts);
+        either!(Engine, &self.0, engine => engine.contacts(contacts));
     }
 
     /// Whether the engine detects contacts now.
     pub fn detecting(&self) -> bool {
-        self.target.as_ref().is_some_and(|target| target.detecting)
+        either!(Engine, &self.0, engine => engine.detecting())
     }
 
     /// Whether the engine set a body aside because its state is not a number.
     pub fn has_quarantined(&self) -> bool {
-        !self.physics.quarantine().is_empty()
+        either!(Engine, &self.0, engine => engine.has_quarantined())
     }
 
     /// What the world consists of.
     pub fn census(&self) -> Census {
-        Census {
-            bodies: self.physics.bodies.len(),
-            colliders: self.physics.colliders.len(),
-            joints: self.physics.impulse_joints.len(),
-        }
+        either!(Engine, &self.0, engine => engine.census())
     }
 }
 
-/// The contacts that `narrow_phase` holds, in the order of knots and parts.
-fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: &mut Vec<Contact>) {
-    contacts.clear();
-    for pair in narrow_phase.contact_pairs() {
-        let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
-        else {
-            continue;
+/// Contacts from the engine's narrow phase, without its dynamics.
+///
+/// The responses of our own ([`crate::contact`]) ask for the contacts at the pose just set; the
+/// engine's full step would report gaps at the start of the step, and answer them itself.
+pub struct Detector(Finder);
+
+enum Finder {
+    Double(Box<double::engine::detector::Detector>),
+    Single(Box<single::engine::detector::Detector>),
+}
+
+impl Detector {
+    /// Finds contacts of `net` with `target`.
+    pub fn new(net: &Net, target: &Target, precision: Precision) -> Detector {
+        Detector(match precision {
+            Precision::F64 => Finder::Double(Box::new(double::engine::detector::Detector::new(net, target))),
+            Precision::F32 => Finder::Single(Box::new(single::engine::detector::Detector::new(net, target))),
+        })
+    }
+
+    /// Contacts at the pose of `state` and `body`, in the order of knots and parts.
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        either!(Finder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
+    }
+
+    /// Number of colliders.
+    pub fn n_colliders(&self) -> usize {
+        either!(Finder, &self.0, engine => engine.n_colliders())
+    }
+}
+
+/// Contacts of whole cables, from the same narrow phase.
+pub struct CableDetector(CableFinder);
+
+enum CableFinder {
+    Double(Box<double::engine::capsules::CableDetector>),
+    Single(Box<single::engine::capsules::CableDetector>),
+}
+
+impl CableDetector {
+    /// Finds contacts of the cables of `net` with `target`.
+    pub fn new(net: &Net, target: &Target, precision: Precision) -> CableDetector {
+        use {
+            double::engine::capsules::CableDetector as Double,
+            single::engine::capsules::CableDetector as Single,
         };
-        // The engine orders a pair as it likes; its normal points from first to second.
-        let knot_is_first = first.collision_groups().memberships == KNOTS;
-        let (knot, part) = if knot_is_first { (first, second) } else { (second, first) };
-        for manifold in pair.solver_manifolds() {
-            let from_first = manifold.data.normal;
-            let normal = if knot_is_first { -from_first } else { from_first };
-            // The engine's own pair of directions: any other reads friction off its line.
-            let tangent = (-from_first).orthonormal_vector();
-            let bitangent = (-from_first).cross(tangent);
-            for point in &manifold.points {
-                let along = point.data.tangent_impulse;
-                let on_first = tangent * along.x + bitangent * along.y;
-                contacts.push(Contact {
-                    knot: knot.user_data as usize,
-                    part: part.user_data as usize,
-                    point: ours(first.position() * point.local_p1),
-                    normal: ours(normal),
-                    gap: point.dist,
-                    impulse: point.data.impulse,
-                    friction: ours(if knot_is_first { on_first } else { -on_first }),
-                    ..Contact::default()
-                });
-            }
-        }
-    }
-    contacts.sort_by_key(|contact| (contact.knot, contact.part));
-}
-
-/// The target as one rigid body with a collider a part, and a collider for every knot.
-fn insert_target(
-    physics: &mut PhysicsWorld,
-    target: &Target,
-    net: &Net,
-    knots: &[RigidBodyHandle],
-    setup: &Setup,
-    reach: f64,
-) -> TargetHandles {
-    let kind = match target.motion {
-        Motion::Free => RigidBodyType::Dynamic,
-        Motion::Fixed => RigidBodyType::Fixed,
-        Motion::Spinning => RigidBodyType::KinematicVelocityBased,
-    };
-    let spin = if target.motion == Motion::Fixed { Vector3::zeros() } else { target.attitude * target.spin };
-    let body = physics.bodies.insert(
-        RigidBodyBuilder::new(kind)
-            .pose(engines_pose_of(&target.position, &target.attitude))
-            .angvel(engines(&spin))
-            // Without the gyroscopic term a body tumbling about its middle axis never flips.
-            .gyroscopic_forces_enabled(true)
-            .additional_mass_properties(MassProperties::with_inertia_matrix(
-                Vector::ZERO,
-                target.mass,
-                engines_matrix(&target.inertia),
-            ))
-            .can_sleep(false),
-    );
-    let (parts, touching) = match setup.has_contacts {
-        true => (&target.parts[..], knots),
-        false => (&[][..], &[][..]),
-    };
-    for (index, part) in parts.iter().enumerate() {
-        let collider = ColliderBuilder::new(part.to_parry()).position(engines_pose(&part.pose));
-        physics.insert_collider(contact_collider(collider, setup, TARGET, KNOTS, index), Some(body));
-    }
-    // Knots see the target and not each other: a scene that wants more names an effect.
-    let knot_colliders = touching
-        .iter()
-        .enumerate()
-        .map(|(knot, &handle)| {
-            let ball = ColliderBuilder::ball(net.radius[knot]).enabled(false);
-            physics.insert_collider(contact_collider(ball, setup, KNOTS, TARGET, knot), Some(handle))
+        CableDetector(match precision {
+            Precision::F64 => CableFinder::Double(Box::new(Double::new(net, target))),
+            Precision::F32 => CableFinder::Single(Box::new(Single::new(net, target))),
         })
-        .collect();
-    TargetHandles { body, knot_colliders, bounding_radius: target.bounding_radius, reach, detecting: false }
-}
+    }
 
-/// What knots' and parts' colliders have in common; masses are set on the bodies.
-fn contact_collider(
-    builder: ColliderBuilder,
-    setup: &Setup,
-    member_of: Group,
-    sees: Group,
-    index: usize,
-) -> Collider {
-    builder
-        .density(0.0)
-        .restitution(setup.restitution)
-        .friction(setup.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY)))
-        .active_hooks(match setup.friction {
-            Some(Law::Hollars { .. }) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
-            _ => ActiveHooks::empty(),
-        })
-        .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
-        .user_data(index as u128)
-        .build()
+    /// Contacts between the ends of cables at the pose of `state` and `body` whose gap is at most `reach`
+    /// [m], in the order of cables, parts and places; what touches at an end is the knot's business.
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        either!(CableFinder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
+    }
+
+    /// Number of colliders.
+    pub fn n_colliders(&self) -> usize {
+        either!(CableFinder, &self.0, engine => engine.n_colliders())
+    }
 }

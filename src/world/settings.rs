@@ -4,7 +4,9 @@
 //! does, with numbers, was measured on small probes and whole captures. Those that matter are held
 //! by a test named after the symptom (`tests/engine_facts.rs`).
 
-use rapier3d::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
+use super::convert::real;
+use super::rapier::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
+use super::rapier::math::Real;
 
 /// Contact stiffness as a natural frequency [Hz].
 ///
@@ -17,9 +19,9 @@ const CONTACT_FREQUENCY: f64 = 1e6;
 ///
 /// `prediction` is how far apart a knot and a part may be to be in contact within the step [m].
 pub fn parameters(step: f64, substeps: u32, prediction: f64) -> IntegrationParameters {
-    let rigid = SpringCoefficients::new(CONTACT_FREQUENCY, 1.0);
+    let rigid = SpringCoefficients::new(real(CONTACT_FREQUENCY), 1.0);
     IntegrationParameters {
-        dt: step,
+        dt: real(step),
         num_solver_iterations: substeps as usize,
         // Set anew for every step: see `sweeps`.
         num_internal_pgs_iterations: 1,
@@ -29,11 +31,11 @@ pub fn parameters(step: f64, substeps: u32, prediction: f64) -> IntegrationParam
         contact_softness: rigid,
         static_contact_softness: rigid,
         // A cap on the corrective speed weakens a stiff limit, hence a cable, without a word.
-        normalized_max_corrective_velocity: f64::MAX,
+        normalized_max_corrective_velocity: Real::MAX,
         // No cap on speed: the engine would clip it in silence. `scene::checks` bounds what may
         // be asked for.
-        normalized_max_linear_velocity: f64::MAX,
-        normalized_prediction_distance: prediction,
+        normalized_max_linear_velocity: Real::MAX,
+        normalized_prediction_distance: real(prediction),
         length_unit: 1.0,
         // Recycled contacts are stale: a knot sliding off a 10 cm cube floated 5 cm past its edge,
         // and 10 of 371 knots went through a 2 mm panel.

@@ -4,7 +4,8 @@
 //! changed. It becomes that of the law at the speed the knot slides with at the start of the step;
 //! within the step the engine's two friction rows stop a slip at most, and never turn it.
 
-use rapier3d::prelude::{ContactModificationContext, PhysicsHooks};
+use super::convert::{number, real};
+use super::rapier::prelude::{ContactModificationContext, PhysicsHooks};
 
 use crate::friction::Law;
 
@@ -22,6 +23,6 @@ impl PhysicsHooks for Sliding {
         let velocity = first.velocity_at_point(contact.anchor1) - second.velocity_at_point(contact.anchor2);
         let normal = *manifold.normal;
         let slip = velocity - normal * velocity.dot(normal);
-        *manifold.friction = self.law.coefficient(slip.length());
+        *manifold.friction = real(self.law.coefficient(number(slip.length())));
     }
 }

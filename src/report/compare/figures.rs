@@ -26,6 +26,7 @@ pub fn all(comparison: &Comparison) -> Vec<Figure> {
         bullet_differences(comparison),
         difference_over_time(comparison),
         capture(comparison),
+        closing(comparison),
         contact_response(comparison),
         energy(comparison),
         momentum(comparison),
@@ -274,6 +275,28 @@ fn capture(comparison: &Comparison) -> Figure {
         words: "Area of the quadrilateral of the bullets across the travelling direction, enclosed share of the \
                 target's volume, and vector area of the mouth; areas over the designed area of the net. Medians over \
                 the members, quartiles as bands."
+            .to_owned(),
+        panels,
+    }
+}
+
+fn closing(comparison: &Comparison) -> Figure {
+    let threads = [
+        curves(comparison, "thread off the reels [m]", 200, |curves| &curves.off_reels_m),
+        curves(comparison, "largest tension [N]", 200, |curves| &curves.thread_tension_n),
+        curves(comparison, "winch work [J]", 200, |curves| &curves.winch_work_j),
+    ];
+    let mut panels: Vec<Panel> = threads.into_iter().flatten().collect();
+    if !panels.is_empty() {
+        panels.splice(0..0, curves(comparison, "mouth [-]", 220, |curves| &curves.mouth));
+        panels[0].keys = keys(comparison);
+    }
+    Figure {
+        name: "closing",
+        title: "How the mouth is closed",
+        words: "Vector area of the mouth over the designed area of the net; closing thread off the reels, all threads \
+                together; largest tension of any thread since the frame before; work of the winches. Medians over the \
+                members, quartiles as bands."
             .to_owned(),
         panels,
     }

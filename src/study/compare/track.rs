@@ -7,6 +7,7 @@ use statrs::statistics::{Data, Median};
 
 use super::difference::Path;
 use crate::case::Case;
+use crate::effects::closing::THREAD_READINGS;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
 use crate::run::Run;
@@ -44,6 +45,37 @@ pub struct Track {
     pub momentum_target: Vec<[f64; 3]>,
     /// Energy, a row each of [`ROWS`] [J].
     pub energy_j: Vec<Vec<f64>>,
+    /// Closing threads; empty curves without any.
+    pub threads: Threads,
+}
+
+/// Curves of the closing threads.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Threads {
+    /// What is off the reels, all threads together [m].
+    pub off_reels_m: Vec<f64>,
+    /// Largest tension of any since the frame before [N].
+    pub tension_n: Vec<f64>,
+    /// Work of the winches since the start [J].
+    pub work_j: Vec<f64>,
+}
+
+impl Threads {
+    fn of(run: &Run) -> Threads {
+        let n_threads = run.closing.as_ref().map_or(0, |report| report.ways.len());
+        let over = |reading: &str, join: fn(f64, f64) -> f64| {
+            let threads = (1..=n_threads).map(|n| run.reading(&format!("thread_{n}_{reading}")));
+            threads
+                .reduce(|sum, one| sum.iter().zip(one).map(|(a, b)| join(*a, b)).collect())
+                .unwrap_or_default()
+        };
+        let [_, off_reels, tension] = THREAD_READINGS;
+        Threads {
+            off_reels_m: over(off_reels, |a, b| a + b),
+            tension_n: over(tension, f64::max),
+            work_j: run.reading("winch_work_j"),
+        }
+    }
 }
 
 /// The rows of the energy ledger, in the order of [`Track::energy_j`]: what there is, then where the rest went.
@@ -98,6 +130,7 @@ impl Track {
             momentum_net: momentum_net.collect(),
             momentum_target: momentum_target.into_iter().map(Into::into).collect(),
             energy_j: (0..ROWS.len()).map(|row| rows.iter().map(|rows| rows[row]).collect()).collect(),
+            threads: Threads::of(run),
         }
     }
 }
@@ -168,6 +201,12 @@ pub struct Bands {
     pub momentum_target: [Vec<f64>; 3],
     /// Kinetic, elastic and stored energy of net and target [J].
     pub mechanical_j: Band,
+    /// Closing thread off the reels, all threads together [m].
+    pub off_reels_m: Band,
+    /// Largest tension of a closing thread since the frame before [N].
+    pub thread_tension_n: Band,
+    /// Work of the winches since the start [J].
+    pub winch_work_j: Band,
     /// Rows of the energy ledger by name, median over the runs [J].
     pub energy_j: std::collections::BTreeMap<String, Vec<f64>>,
 }
@@ -205,6 +244,9 @@ impl Bands {
                 max: per_step(&impulse_n_s.max),
             },
             impulse_n_s,
+            off_reels_m: over(|track| &track.threads.off_reels_m),
+            thread_tension_n: over(|track| &track.threads.tension_n),
+            winch_work_j: over(|track| &track.threads.work_j),
             momentum_net: [0, 1, 2].map(|axis| component(|track| &track.momentum_net, axis)),
             momentum_target: [0, 1, 2].map(|axis| component(|track| &track.momentum_target, axis)),
             mechanical_j: Band::of(&mechanical.iter().map(Vec::as_slice).collect::<Vec<_>>()),

@@ -1,0 +1,187 @@
+//! The chaser: a free body that takes the recoil of the shot (Section 6.3, item 2).
+//!
+//! Bullets of mass mᵢ leave at xᵢ with velocities vᵢ; the chaser, at rest until then, of mass M, inertia
+//! I and centre of mass c, gets
+//!
+//! V = −Σ mᵢ vᵢ / M,  ω = −I⁻¹ Σ (xᵢ − c) × mᵢ vᵢ.
+//!
+//! Each bullet's speed and direction may deviate: speed by a normal distribution, direction by one
+//! about each of two axes across it, all cut at three standard deviations and drawn from a seeded
+//! stream, one a member of an ensemble. With equal shots from the middle of a symmetric net the
+//! chaser does not turn; it does when they differ.
+//!
+//! Its kinetic energy is the effect's stored energy, its momenta count with those of net and target.
+//! Limits: it touches nothing, and a thread to it (layout `cinch`, `tug`) pulls from outside and not
+//! at this body.
+
+use std::path::Path;
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::{Effect, Parameters};
+use crate::net::Net;
+use crate::problems::Problems;
+use crate::quantity::Positive;
+use crate::read::join;
+use crate::state::{Body, FreeBody, Posting, State};
+use crate::target::motion::RigidMotion;
+use crate::target::{Motion, Target};
+
+/// Deviations beyond so many standard deviations are not drawn.
+const CUT: f64 = 3.0;
+
+/// Parameters of the chaser.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Chaser {
+    /// Mass after the shot [kg].
+    pub mass_kg: Positive,
+    /// Moments of inertia about axes through its centre of mass along X, Y and Z [kg m^2].
+    pub inertia_kg_m2: [Positive; 3],
+    /// Its centre of mass; the origin is the middle of the net's container [m].
+    #[serde(default)]
+    pub centre_m: [f64; 3],
+    /// Standard deviation of a bullet's speed [m/s].
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub speed_sigma_m_s: f64,
+    /// Standard deviation of a bullet's direction, about each of two axes across it [deg].
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 30))]
+    pub angle_sigma_deg: f64,
+    /// Seed of the deviations.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+impl Chaser {
+    /// The shots of the bullets [m/s] as they deviate in one member of an ensemble; unchanged without
+    /// deviations.
+    pub fn disperse(&self, shots: [Vector3<f64>; 4], member: u64) -> [Vector3<f64>; 4] {
+        if self.speed_sigma_m_s == 0.0 && self.angle_sigma_deg == 0.0 {
+            return shots;
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(member);
+        let normal = Normal::standard();
+        let (low, high) = (normal.cdf(-CUT), normal.cdf(CUT));
+        // The same draws whichever deviations are zero, so that one can be changed alone.
+        let mut deviation = || normal.inverse_cdf(random.random_range(low..high));
+        shots.map(|shot| {
+            let speed = shot.norm();
+            let along = if speed > 0.0 { shot / speed } else { Vector3::x() };
+            let across = along.cross(&least_axis(&along)).normalize();
+            let faster = self.speed_sigma_m_s * deviation();
+            let turn = self.angle_sigma_deg.to_radians()
+                * (deviation() * across + deviation() * along.cross(&across));
+            (speed + faster) * (UnitQuaternion::from_scaled_axis(turn) * along)
+        })
+    }
+
+    /// The chaser just after the shot of `net`.
+    pub fn recoiled(&self, net: &Net) -> FreeBody {
+        let inertia = Matrix3::from_diagonal(&self.inertia_kg_m2.map(|moment| moment.0).into());
+        let centre = Vector3::from(self.centre_m);
+        let shots = net.mass.iter().zip(&net.launch_velocity).zip(&net.folded);
+        let (mut impulse, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for ((mass, velocity), position) in shots {
+            impulse -= *mass * velocity;
+            moment -= (position - centre).cross(&(*mass * velocity));
+        }
+        let rate = moment.component_div(&inertia.diagonal());
+        FreeBody {
+            body: Body {
+                position: centre,
+                attitude: UnitQuaternion::identity(),
+                velocity: impulse / self.mass_kg.0,
+                rate,
+            },
+            mass: self.mass_kg.0,
+            inertia,
+        }
+    }
+}
+
+/// The axis that `along` lies least along.
+fn least_axis(along: &Vector3<f64>) -> Vector3<f64> {
+    let mut axis = Vector3::zeros();
+    axis[along.abs().imin()] = 1.0;
+    axis
+}
+
+impl Parameters for Chaser {
+    fn load(&mut self, _folder: Option<&Path>, place: &str, problems: &mut Problems) {
+        let [x, y, z] = self.inertia_kg_m2.map(|moment| moment.0);
+        let largest = x.max(y).max(z);
+        if largest > (x + y + z - largest) * (1.0 + 1e-6) {
+            let found = format!("[{x}, {y}, {z}]");
+            problems.add(join(place, "inertia_kg_m2"), found, "none above the sum of the other two");
+        }
+    }
+
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
+        let start = self.recoiled(net);
+        Box::new(Active { motion: RigidMotion::new(Motion::Free, start.inertia), start })
+    }
+}
+
+struct Active {
+    start: FreeBody,
+    motion: RigidMotion,
+}
+
+impl Effect for Active {
+    fn name(&self) -> &'static str {
+        "chaser"
+    }
+
+    fn installs(&self) -> String {
+        format!("a free body of {} kg outside the engine", self.start.mass)
+    }
+
+    fn begin(&self, state: &mut State) {
+        state.chaser = Some(self.start);
+    }
+
+    fn brackets(&self) -> bool {
+        true
+    }
+
+    fn open(&mut self, state: &mut State, step: f64) -> Posting {
+        if let Some(chaser) = &mut state.chaser {
+            self.motion.drift(&mut chaser.body, step);
+        }
+        Posting { count: 1, ..Posting::default() }
+    }
+
+    fn stored_energy(&self, state: &State) -> f64 {
+        state.chaser.map_or(0.0, |chaser| chaser.kinetic_energy())
+    }
+
+    fn account(&mut self, _before: &State, _after: &State) -> Posting {
+        Posting::default()
+    }
+
+    fn reading_names(&self) -> Vec<String> {
+        ["x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"]
+            .map(|name| format!("chaser_{name}"))
+            .into()
+    }
+
+    fn readings(&mut self, state: &State) -> Vec<f64> {
+        state
+            .chaser
+            .iter()
+            .flat_map(|chaser| {
+                let body = &chaser.body;
+                let (position, velocity, spin) = (body.position, body.velocity, body.spin());
+                [position, velocity, spin].into_iter().flat_map(|vector| [vector.x, vector.y, vector.z])
+            })
+            .collect()
+    }
+}
