@@ -281,10 +281,14 @@ impl PairWatch {
         if pair.folded_into || (gap >= 0.0 && gap + step * speed >= 0.0) {
             return None;
         }
+        // No faster than the thinner strand's radius in that time: a strand that went through another
+        // would be shot off.
+        let [one, other] = pair.strands.map(|strand| self.strands[strand as usize].radius);
+        let thinner = one.min(other);
         let least = match self.restitution {
             e if e > 0.0 && speed < 0.0 => -e * speed,
             _ if gap >= 0.0 => -gap / step,
-            _ => -gap / PUSH_OUT.max(step),
+            _ => (-gap).min(thinner) / PUSH_OUT.max(step),
         };
         let impulse = pair.impulse;
         Some(Row { knots: bearers, normal, arm: None, least, softness: 0.0, impulse })

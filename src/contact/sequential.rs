@@ -150,3 +150,107 @@ pub fn settle(
     }
     effort.passes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const KNOTS: usize = 6;
+
+    /// Rows that share few knots, against the target and against each other.
+    fn random_rows(n: usize, random: &mut ChaCha8Rng) -> Vec<Row> {
+        let mut number = |low: f64, high: f64| random.random_range(low..high);
+        (0..n)
+            .map(|i| {
+                let mut vector = || Vector3::new(number(-1.0, 1.0), number(-1.0, 1.0), number(-1.0, 1.0));
+                let (normal, arm) = (vector().normalize(), 0.2 * vector());
+                let (s, t) = (number(0.1, 0.9), number(0.1, 0.9));
+                let knot = |shift: usize| (i + shift) % KNOTS;
+                let with_target = i % 2 == 0;
+                Row {
+                    knots: if with_target {
+                        Bearers::Two([(knot(0), 1.0 - s), (knot(1), s)])
+                    } else {
+                        Bearers::Four([(knot(0), 1.0 - s), (knot(1), s), (knot(3), t - 1.0), (knot(4), -t)])
+                    },
+                    normal,
+                    arm: with_target.then_some(arm),
+                    least: number(-0.5, 0.5),
+                    softness: if i % 3 == 0 { number(0.0, 50.0) } else { 0.0 },
+                    impulse: 0.0,
+                }
+            })
+            .collect()
+    }
+
+    /// The complementarity problem by trying every set of acting rows: the velocities of the solution.
+    fn dense(
+        rows: &[Row],
+        velocity: &[Vector3<f64>],
+        inverse_mass: &[f64],
+        body: &Body,
+        mobility: &Mobility,
+    ) -> Vec<f64> {
+        let n = rows.len();
+        // Column j: change of every row's speed by a unit impulse of row j.
+        let mut matrix = DMatrix::zeros(n, n);
+        for j in 0..n {
+            let (mut moved, mut target) = (velocity.to_vec(), *body);
+            rows[j].apply(&rows[j].normal, &mut moved, inverse_mass, &mut target, mobility);
+            for (i, row) in rows.iter().enumerate() {
+                let change = row.velocity(&moved, &target) - row.velocity(velocity, body);
+                matrix[(i, j)] = row.normal.dot(&change);
+            }
+            matrix[(j, j)] += rows[j].softness;
+        }
+        let short: Vec<f64> =
+            rows.iter().map(|row| row.least - row.normal.dot(&row.velocity(velocity, body))).collect();
+        for set in 0..1u32 << n {
+            let acting: Vec<usize> = (0..n).filter(|i| set >> i & 1 == 1).collect();
+            let part = DMatrix::from_fn(acting.len(), acting.len(), |i, j| matrix[(acting[i], acting[j])]);
+            let wanted = DVector::from_fn(acting.len(), |i, _| short[acting[i]]);
+            let Some(solved) = part.lu().solve(&wanted) else { continue };
+            let mut impulses = DVector::zeros(n);
+            for (&i, j) in acting.iter().zip(solved.iter()) {
+                impulses[i] = *j;
+            }
+            let left = &matrix * &impulses - DVector::from_row_slice(&short);
+            if impulses.iter().all(|j| *j >= -1e-9) && left.iter().all(|w| *w >= -1e-9) {
+                return impulses.iter().copied().collect();
+            }
+        }
+        panic!("a positive matrix has a solution");
+    }
+
+    #[test]
+    fn passes_agree_with_every_set_of_rows_tried_in_turn() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let inertia = Matrix3::new(3.0, 0.1, 0.2, 0.1, 2.0, 0.05, 0.2, 0.05, 1.5);
+        let mobility = Mobility { inverse_mass: 1.0 / 3.5, inverse_inertia: inertia.try_inverse().unwrap() };
+        for n in 1..=6 {
+            for _ in 0..20 {
+                let mut rows = random_rows(n, &mut random);
+                let mut number = |low: f64, high: f64| random.random_range(low..high);
+                let inverse_mass: Vec<f64> = (0..KNOTS).map(|_| number(50.0, 150.0)).collect();
+                let mut velocity: Vec<Vector3<f64>> =
+                    (0..KNOTS).map(|_| Vector3::new(number(-1.0, 1.0), number(-1.0, 1.0), 0.3)).collect();
+                let mut body = Body {
+                    position: Vector3::zeros(),
+                    attitude: UnitQuaternion::identity(),
+                    velocity: Vector3::new(0.1, 0.0, 0.2),
+                    rate: Vector3::new(0.5, -0.3, 0.1),
+                };
+                let expected = dense(&rows, &velocity, &inverse_mass, &body, &mobility);
+                let effort = Effort { passes: 100_000, tolerance: 1e-13 };
+                settle(&mut rows, &mut velocity, &inverse_mass, &mut body, &mobility, effort);
+                let scale = expected.iter().fold(1e-3, |most: f64, j| most.max(*j));
+                for (row, expected) in rows.iter().zip(&expected) {
+                    assert!((row.impulse - expected).abs() < 1e-6 * scale, "{} {expected}", row.impulse);
+                }
+            }
+        }
+    }
+}
