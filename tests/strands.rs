@@ -87,7 +87,7 @@ fn two_strands_thrown_crosswise_do_not_pass() {
 /// A net of 11 x 11 knots thrown together into a wad: bounded, and no energy from nowhere.
 #[test]
 fn a_wad_of_a_net_stays_bounded() {
-    for [cables, contact] in [SOLVERS[0], SOLVERS[1]] {
+    for [cables, contact] in [SOLVERS[1], SOLVERS[0]] {
         let changes = [
             "target=null",
             "duration_s=0.3",
@@ -114,6 +114,9 @@ fn a_wad_of_a_net_stays_bounded() {
         // where cables hold them.
         below(&format!("{cables}+{contact}: size"), end / start, 2.5);
         below(&format!("{cables}+{contact}: energy rise"), summary.conservation.energy_rise, 1e-2);
-        below(&format!("{cables}+{contact}: momentum"), summary.conservation.momentum_residual, 1e-9);
+        let momentum = &run.frames.momentum;
+        let drift = (momentum.last().unwrap() - momentum[0]).norm();
+        let scale: f64 = case.net.mass.iter().zip(&case.net.launch_velocity).map(|(m, v)| m * v.norm()).sum();
+        below(&format!("{cables}+{contact}: momentum"), drift / scale, 1e-12);
     }
 }

@@ -62,8 +62,7 @@ pub struct PairWatch {
     travelled: f64,
     asleep: BinaryHeap<Reverse<Sleeper>>,
     awake: Vec<Pair>,
-    /// Pairs that act in this sub-step, and their rows; kept for their memory.
-    acting: Vec<usize>,
+    /// Rows of the pairs that act in this sub-step; kept for its memory.
     rows: Vec<Row>,
     /// Impulses within the step, a knot each [N s].
     impulses: Vec<Vector3<f64>>,
@@ -109,8 +108,6 @@ struct Pair {
     strands: [u32; 2],
     /// From the second to the first when last looked at; 0 before.
     normal: Vector3<f64>,
-    /// Impulse within the last sub-step [N s].
-    impulse: f64,
     /// Whether it overlaps since the net was folded.
     folded_into: bool,
 }
@@ -161,7 +158,7 @@ impl PairWatch {
                 let Near { normal, gap, .. } = Near::of([one, other], &Vector3::zeros(), &folded);
                 let strands = [i as u32, j as u32];
                 if gap < 0.0 {
-                    awake.push(Pair { strands, normal, impulse: 0.0, folded_into: true });
+                    awake.push(Pair { strands, normal, folded_into: true });
                 } else {
                     asleep.push(Reverse(Sleeper { wake: gap, strands }));
                 }
@@ -174,7 +171,6 @@ impl PairWatch {
             travelled: 0.0,
             asleep,
             awake,
-            acting: Vec::new(),
             rows: Vec::new(),
             impulses: vec![Vector3::zeros(); net.n_knots()],
             n_acted: 0,
@@ -208,8 +204,7 @@ impl PairWatch {
             &mobility,
             Effort::WHOLE,
         );
-        for (row, &index) in self.rows.iter().zip(&self.acting) {
-            self.awake[index].impulse = row.impulse;
+        for row in &self.rows {
             if row.impulse > 0.0 {
                 self.n_acted += 1;
                 for &(knot, weight) in row.knots.all() {
@@ -231,7 +226,7 @@ impl PairWatch {
             if gap > near {
                 self.asleep.push(Reverse(Sleeper { wake: self.travelled + gap, strands }));
             } else {
-                self.awake.push(Pair { strands, normal, impulse: 0.0, folded_into: false });
+                self.awake.push(Pair { strands, normal, folded_into: false });
             }
         }
     }
@@ -239,7 +234,6 @@ impl PairWatch {
     /// Rows of the awake pairs that would touch within the step; those farther than `near` [m] go to
     /// sleep.
     fn find_acting(&mut self, knots: &Knots, step: f64, near: f64) {
-        self.acting.clear();
         self.rows.clear();
         let mut kept = 0;
         for index in 0..self.awake.len() {
@@ -252,13 +246,9 @@ impl PairWatch {
             }
             pair.normal = place.normal;
             pair.folded_into &= place.gap < 0.0;
-            match self.row(&pair, &place, knots, step) {
-                Some(row) => {
-                    self.rows.push(row);
-                    self.acting.push(kept);
-                    self.deepest = self.deepest.max(-place.gap);
-                }
-                None => pair.impulse = 0.0,
+            if let Some(row) = self.row(&pair, &place, knots, step) {
+                self.rows.push(row);
+                self.deepest = self.deepest.max(-place.gap);
             }
             self.awake[kept] = pair;
             kept += 1;
@@ -290,8 +280,9 @@ impl PairWatch {
             _ if gap >= 0.0 => -gap / step,
             _ => (-gap).min(thinner) / PUSH_OUT.max(step),
         };
-        let impulse = pair.impulse;
-        Some(Row { knots: bearers, normal, arm: None, least, softness: 0.0, impulse })
+        // From nothing: in a wad the impulses of the step before are no guess, and passes that end
+        // before they have taken a bad one back leave its energy behind.
+        Some(Row { knots: bearers, normal, arm: None, least, softness: 0.0, impulse: 0.0 })
     }
 
     /// What it did since the last time, within a step from `before` to `after`.

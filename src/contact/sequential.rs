@@ -8,10 +8,12 @@
 //!
 //! a linear complementarity problem with the symmetric matrix G M⁻¹ Gᵀ. Projected Gauss-Seidel
 //! passes solve it: each row in turn takes the impulse that brings its own w to zero, and never a
-//! negative sum. A row begins with what it had in the (sub-)step before, so few passes suffice.
+//! negative sum. A row of a cable on the target begins with what it had in the (sub-)step before, so few
+//! passes suffice.
 //!
-//! Each pass lowers the energy Σ m |v − v*|² / 2 that the problem minimises, whatever the
-//! order of the rows; ended early it leaves rows that still approach, and never energy.
+//! Each pass lowers the energy Σ m |v − v*|² / 2 that the problem minimises, whatever the order of
+//! the rows. From zero, ended early it leaves rows that still approach, and never energy; a first guess
+//! that is not taken back in time does leave energy: a wad of 11 x 11 knots exploded that way.
 
 use nalgebra::Vector3;
 
