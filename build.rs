@@ -15,8 +15,7 @@ fn main() {
     let compiler = first_line(&rustc, &["--version"]);
     let lock = std::fs::read_to_string("Cargo.lock").unwrap_or_default();
     let engine = lock.split("name = \"rapier3d-f64\"\nversion = \"").nth(1);
-    let engine =
-        engine.and_then(|rest| rest.split('"').next()).map(|version| format!("rapier3d-f64 {version}"));
+    let engine = engine.and_then(|rest| rest.split('"').next()).map(|version| format!("rapier3d {version}"));
     println!("cargo:rustc-env=TUMBLENET_COMMIT={}", commit.unwrap_or_else(unknown));
     println!("cargo:rustc-env=TUMBLENET_COMPILER={}", compiler.unwrap_or_else(unknown));
     println!("cargo:rustc-env=TUMBLENET_ENGINE={}", engine.unwrap_or_else(unknown));

@@ -6,6 +6,7 @@ use sha2::{Digest, Sha256};
 
 use crate::cables::explicit::{self, SAFE};
 use crate::contact::penalty::Penalty;
+use crate::limits::Limits;
 use crate::net::{self, Net};
 use crate::plan::Plan;
 use crate::problems::Problems;
@@ -14,6 +15,7 @@ use crate::scene::schema::Scene;
 use crate::scene::{Source, checks};
 use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
 use crate::target::Target;
+use crate::target::files::Files;
 
 /// A checked scene and what it is made of.
 #[derive(Clone)]
@@ -48,7 +50,15 @@ impl Case {
     /// # Errors
     /// Every fault at once.
     pub fn load(scene: &str, changes: &[String]) -> Result<Case, Problems> {
-        let mut source = Source::find(scene)?;
+        Case::load_within(scene, changes, Limits::default())
+    }
+
+    /// The same, with other limits.
+    ///
+    /// # Errors
+    /// Every fault at once.
+    pub fn load_within(scene: &str, changes: &[String], limits: Limits) -> Result<Case, Problems> {
+        let mut source = Source::find_within(scene, limits)?;
         source.set(changes)?;
         Case::build(&source)
     }
@@ -60,13 +70,15 @@ impl Case {
     pub fn build(source: &Source) -> Result<Case, Problems> {
         let mut problems = Problems::new(&source.input);
         let case = source.scene(&mut problems).and_then(|mut scene| {
-            checks::check_scene(&scene, &mut problems);
-            scene.effects.load(source.folder.as_deref(), &mut problems);
-            let net = Net::build(&scene.net, &scene.launch, &mut problems);
-            let target = scene
-                .target
-                .as_ref()
-                .map(|spec| Target::build(spec, source.folder.as_deref(), "target", &mut problems));
+            let limits = &source.limits;
+            checks::check_scene(&scene, limits, &mut problems);
+            let files = Files::of(source.folder.as_deref(), limits);
+            scene.effects.load(&files, &mut problems);
+            let net = checks::check_knots(&scene.net, limits, &mut problems)
+                .then(|| Net::build(&scene.net, &scene.launch, &mut problems))
+                .flatten();
+            let target =
+                scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", &mut problems));
             let net = net?;
             let target = match target {
                 Some(None) => return None,
@@ -74,7 +86,7 @@ impl Case {
                 None => None,
             };
             let pace = pace(&scene, &net, target.as_ref());
-            checks::check_built(&scene, &net, target.as_ref(), pace.step, &mut problems);
+            checks::check_built(&scene, &net, target.as_ref(), pace, limits, &mut problems);
             scene.solver.step_s = Some(Positive(match scene.solver.cables {
                 CableModel::Joints => pace.step,
                 CableModel::Explicit => pace.step / f64::from(pace.substeps),
@@ -119,9 +131,7 @@ impl Case {
 
     /// Distance from which responses of our own watch a knot [m].
     pub fn reach(&self) -> f64 {
-        let thinnest = self.target.as_ref().map_or(0.0, |target| target.thinnest);
-        let thickest = self.net.radius.iter().copied().fold(0.0, f64::max);
-        self.scene.solver.reach_m.map_or((0.04 * thinnest).max(2.0 * thickest), |reach| reach.0)
+        reach(&self.scene, &self.net, self.target.as_ref())
     }
 
     /// Speed of contact that steps are chosen for [m/s]; 0 without a target.
@@ -140,25 +150,47 @@ fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
     let solver = &scene.solver;
     let safe = SAFE * stable_step(scene, net, target);
     let sample = scene.output.sample_s.0.min(scene.duration_s.0);
+    let thin = thin_step(scene, target);
     match (solver.cables, solver.step_s) {
         (CableModel::Joints, Some(step)) => Pace { step: step.0, substeps: solver.substeps },
         (CableModel::Joints, None) if solver.contact == ContactModel::Rapier => {
-            Pace { step: JOINTS_STEP, substeps: solver.substeps }
+            Pace { step: JOINTS_STEP.min(thin), substeps: solver.substeps }
         }
         // The engine's cables and a response of our own take turns, so neither feels the other
         // within a step: a knot that contact holds lets its neighbour stretch the cable. Energy
         // gained on the free-floating Cubesat, over the launch energy: 3 at 0.5 ms, 0.2 at 0.2 ms,
         // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables.
         (CableModel::Joints, None) => {
-            let step = JOINTS_STEP.min(safe).min(SAFE * explicit::stable_step(net));
+            let step = JOINTS_STEP.min(thin).min(safe).min(SAFE * explicit::stable_step(net));
             Pace { step, substeps: solver.substeps }
         }
         (CableModel::Explicit, step) => {
             let substep = step.map_or(safe, |step| step.0);
-            let step = JOINTS_STEP.min(sample).max(substep);
-            Pace { step, substeps: (step / substep).ceil().clamp(1.0, 1e6) as u32 }
+            // Contacts are found once a step: no knot may come from beyond the reach within it, nor
+            // one at twice the speed after a snap.
+            let found = 0.5 * reach(scene, net, target) / fastest(scene, target).max(f64::MIN_POSITIVE);
+            let step = JOINTS_STEP.min(sample).min(thin).min(found).max(substep);
+            Pace { step, substeps: (step / substep).ceil().max(1.0) as u32 }
         }
     }
+}
+
+/// Speed of the fastest that is to meet: bullets, and the target's farthest point [m/s].
+pub fn fastest(scene: &Scene, target: Option<&Target>) -> f64 {
+    scene.launch.speed_m_s + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius)
+}
+
+/// Largest step within which no knot crosses half of the target's thinnest part [s]: past the middle
+/// of a part a knot is pushed out on its far side. Infinite without a target.
+pub fn thin_step(scene: &Scene, target: Option<&Target>) -> f64 {
+    target.map_or(f64::INFINITY, |built| 0.5 * built.thinnest / fastest(scene, target))
+}
+
+/// Distance from which responses of our own watch a knot [m].
+fn reach(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
+    let thinnest = target.map_or(0.0, |target| target.thinnest);
+    let thickest = net.radius.iter().copied().fold(0.0, f64::max);
+    scene.solver.reach_m.map_or((0.04 * thinnest).max(2.0 * thickest), |reach| reach.0)
 }
 
 /// Largest step at which the explicit parts of the method are stable [s]; infinite without any.

@@ -23,6 +23,7 @@
 //! cores, `cargo test`'s profile).
 
 use nalgebra::Vector3;
+use parry3d::query::PointQuery;
 
 /// Steps of the lattice along the longest side of the box of the points. With 2^40 the height
 /// above stays below 2^123.
@@ -118,6 +119,25 @@ impl Hull {
     /// Whether `point` is inside, a slack of 1e-9 of the box's longest side included.
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
         self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
+    }
+
+    /// How deep `point` is inside: the distance to the surface, negative outside [m].
+    pub fn depth(&self, point: &Vector3<f64>) -> f64 {
+        let inside =
+            self.planes.iter().map(|plane| plane.offset - plane.normal.dot(point)).fold(f64::MAX, f64::min);
+        if inside >= 0.0 {
+            return inside;
+        }
+        // Near an edge the surface is farther than the planes that meet there.
+        let corner = |i: u32| {
+            let vertex = &self.vertices[i as usize];
+            parry3d::math::Vector::new(vertex.x, vertex.y, vertex.z)
+        };
+        let distance = |&[a, b, c]: &[u32; 3]| {
+            let triangle = parry3d::shape::Triangle::new(corner(a), corner(b), corner(c));
+            triangle.distance_to_local_point(parry3d::math::Vector::new(point.x, point.y, point.z), true)
+        };
+        -self.triangles.iter().map(distance).fold(f64::MAX, f64::min)
     }
 }
 

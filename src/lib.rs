@@ -29,7 +29,7 @@
 //!
 //! | module | subject |
 //! |---|---|
-//! | [`problems`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, the schema, what is built in |
+//! | [`problems`], [`limits`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, the schema, what is built in |
 //! | [`cable`], [`friction`] | the only tension law; the friction laws |
 //! | [`solver`] | the numerical method as a user chooses it |
 //! | [`net`] | knots, cables, bullets; fold and launch |
@@ -57,6 +57,8 @@
 
 // The order is the reading order of the map, not the alphabet.
 pub mod problems;
+
+pub mod limits;
 
 pub mod read;
 

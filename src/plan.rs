@@ -46,7 +46,6 @@ impl Plan {
         Setup {
             step: self.step,
             substeps: self.substeps,
-            restitution: self.restitution,
             friction: self.friction,
             has_contacts: self.contact_by_engine,
             precision: self.precision,

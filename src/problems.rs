@@ -13,6 +13,9 @@ pub struct Problem {
     pub allowed: String,
 }
 
+/// Most faults that are kept: nobody reads more, and a list of a million wrong entries has as many.
+const MAX_FAULTS: usize = 100;
+
 /// All faults of one input.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct Problems {
@@ -28,8 +31,16 @@ impl Problems {
         Problems { input: input.into(), list: Vec::new() }
     }
 
+    /// Whether so many faults are known that no more are kept.
+    pub fn is_full(&self) -> bool {
+        self.list.len() >= MAX_FAULTS
+    }
+
     /// Adds a fault; a fault already known at the same place with the same words is kept once.
     pub fn add(&mut self, place: impl Into<String>, found: impl fmt::Display, allowed: impl Into<String>) {
+        if self.is_full() {
+            return;
+        }
         let problem =
             Problem { place: place.into(), found: shorten(&found.to_string()), allowed: allowed.into() };
         if !self.list.contains(&problem) {
@@ -62,7 +73,8 @@ fn shorten(found: &str) -> String {
 impl fmt::Display for Problems {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let n = self.list.len();
-        write!(f, "{}: {} fault{}", self.input, n, if n == 1 { "" } else { "s" })?;
+        let more = if self.is_full() { " or more" } else { "" };
+        write!(f, "{}: {n} fault{}{more}", self.input, if n == 1 { "" } else { "s" })?;
         for problem in &self.list {
             let place = if problem.place.is_empty() { "(top level)" } else { &problem.place };
             write!(f, "\n  {place}: found {}; allowed: {}", problem.found, problem.allowed)?;

@@ -43,12 +43,18 @@ pub fn typed<T: JsonSchema + DeserializeOwned>(
         // Our own schema: a fault in it is caught by the test below for every type that is read.
         Err(error) => unreachable!("the schema of {} is invalid: {error}", std::any::type_name::<T>()),
     };
-    let mut sound = true;
-    for error in validator.iter_errors(value) {
-        sound = false;
-        explain(&error, &schema, place, problems);
-    }
-    if !sound {
+    if !validator.is_valid(value) {
+        let faults = problems.list.len();
+        let short = shortened(value);
+        for error in validator.iter_errors(&short) {
+            explain(&error, &schema, place, problems);
+        }
+        // Past what was kept.
+        if problems.list.len() == faults
+            && let Err(error) = validator.validate(value)
+        {
+            explain(&error, &schema, place, problems);
+        }
         return None;
     }
     match serde_json::from_value(value.clone()) {
@@ -58,6 +64,17 @@ pub fn typed<T: JsonSchema + DeserializeOwned>(
             problems.add(place, "a value the schema lets pass", error.to_string());
             None
         }
+    }
+}
+
+/// A value whose lists end after some entries: a list of a million wrong entries has a million
+/// faults, each a thousand times as large as the entry.
+fn shortened(value: &Value) -> Value {
+    const MOST_ENTRIES: usize = 1000;
+    match value {
+        Value::Array(list) => list.iter().take(MOST_ENTRIES).map(shortened).collect(),
+        Value::Object(map) => map.iter().map(|(key, inner)| (key.clone(), shortened(inner))).collect(),
+        other => other.clone(),
     }
 }
 
@@ -258,6 +275,22 @@ mod tests {
         }
         let unknown = faults.iter().find(|fault| fault.starts_with("colour: an unknown key")).unwrap();
         assert!(unknown.contains("duration_s"), "names the known keys: {unknown}");
+    }
+
+    #[test]
+    fn a_fault_late_in_a_long_list_is_found() {
+        let mut bad = scene();
+        let mut points = vec![json!([0, 0, 0]); 5000];
+        points[4321] = json!("x");
+        bad["target"] =
+            json!({ "shape": { "parts": [{ "convex": { "points_m": points } }] }, "distance_m": 1 });
+        let late = faults(bad.clone());
+        assert_eq!(late.len(), 1, "{late:#?}");
+        assert!(late[0].contains("points_m[4321]"), "{late:#?}");
+        bad["target"]["shape"]["parts"][0]["convex"]["points_m"] = vec![json!("x"); 5000].into();
+        let many = faults(bad);
+        assert_eq!(many.len(), 100, "as many as are kept");
+        assert!(many[99].contains("points_m[99]"), "{}", many[99]);
     }
 
     #[test]

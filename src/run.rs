@@ -62,6 +62,8 @@ pub struct Run {
     pub mouth_area: Vec<f64>,
     /// Time step [s].
     pub step: f64,
+    /// First 16 digits of a SHA-256 over the last state: the same bits, the same hash.
+    pub state_hash: String,
     /// Largest values.
     pub extremes: Extremes,
     /// Impulse from outside of net and free target [N s].
@@ -118,6 +120,7 @@ impl Run {
             frames: recorder.frames,
             mouth_area: recorder.mouth_area,
             step: case.pace.step,
+            state_hash: simulation.state.hash(),
             extremes: recorder.extremes,
             outside_impulse: simulation.books.outside_impulse,
             outside_angular_impulse: simulation.books.outside_angular_impulse,

@@ -135,7 +135,10 @@ impl Simulation {
             }
         }
         self.books.weigh_motion(&self.state);
-        self.books.weigh_stored(&self.state, &self.effects);
+        if self.state.chaser.is_some() {
+            // Its kinetic energy is stored by its effect, and fields kick it.
+            self.books.weigh_stored(&self.state, &self.effects);
+        }
     }
 
     fn apply_effects(&mut self) {

@@ -3,6 +3,7 @@
 //! Everything is in the local frame O-XYZ, SI units.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use sha2::{Digest, Sha256};
 
 /// Positions and velocities of the knots, K entries each.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -110,7 +111,7 @@ pub struct Contact {
     pub along: Option<Along>,
     /// The part of the target.
     pub part: usize,
-    /// Where they touch [m].
+    /// Where its impulses act: the centre of the knot, which is a point and cannot turn [m].
     pub point: Vector3<f64>,
     /// Unit normal, from the target to the net.
     pub normal: Vector3<f64>,
@@ -214,6 +215,19 @@ pub struct State {
 }
 
 impl State {
+    /// First 16 digits of a SHA-256 over time, knots and target, to the last bit.
+    pub fn hash(&self) -> String {
+        let mut hasher = Sha256::new();
+        let mut add = |x: &f64| hasher.update(x.to_le_bytes());
+        add(&self.time);
+        self.knots.position.iter().chain(&self.knots.velocity).for_each(|v| v.iter().for_each(&mut add));
+        if let Some(Body { position, attitude, velocity, rate }) = &self.target {
+            [position, velocity, rate].iter().for_each(|v| v.iter().for_each(&mut add));
+            attitude.coords.iter().for_each(&mut add);
+        }
+        hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    }
+
     /// The first knot whose position or velocity is not a number.
     pub fn first_bad_knot(&self) -> Option<usize> {
         let sound = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());

@@ -2,7 +2,12 @@
 
 mod common;
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use common::scene;
+use rayon::prelude::*;
+use tumblenet::assets::Kind;
 use tumblenet::case::Case;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
@@ -69,4 +74,55 @@ fn a_member_depends_on_its_number_and_seed_only() {
     assert_ne!(folded(4, 1, 3), folded(4, 2, 3));
     let moved = folded(4, 1, 3).iter().zip(&case.net.folded).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
     assert!((0.5e-6..=1e-6 + 1e-15).contains(&moved), "{moved}");
+}
+
+/// Hashes of last states, as committed.
+const HASHES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/state_hashes.json");
+
+/// Runs whose last state is hashed: every built-in scene for 0.3 s, and some past the first contact,
+/// one for each method and width of numbers.
+fn hashed() -> Vec<(&'static str, String)> {
+    let short = Kind::Scene.names().into_iter().map(|name| (name, "duration_s=0.3".to_owned()));
+    let tube = ("cubesat-spin-x-2.0-tube", "duration_s=1.5".to_owned());
+    let others = [
+        "cables=explicit contact=impulse",
+        "cables=explicit contact=penalty",
+        "cables=joints contact=impulse",
+        "flight=explicit substeps=4",
+        "precision=f32",
+    ];
+    let past_contact = others.map(|solver| {
+        let changes: Vec<_> = solver.split(' ').map(|change| format!("solver.{change}")).collect();
+        ("cubesat-free", format!("duration_s=0.9 {}", changes.join(" ")))
+    });
+    short.chain([tube]).chain(past_contact).collect()
+}
+
+/// A change of method changes hashes, and nothing else may: not the threads, not the profile, not
+/// the day. `RENEW=1 cargo test --test determinism` writes them anew; say in the commit why.
+///
+/// The mathematics of the platform (sines, roots) enters, so they are those of Linux on x86-64.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn last_states_have_the_hashes_that_were_committed() {
+    let with_threads = |threads: usize, runs: &[(&'static str, String)]| -> BTreeMap<String, String> {
+        let hash = |(name, changes): &(&str, String)| {
+            let changes: Vec<&str> = changes.split(' ').collect();
+            (format!("{name} {}", changes.join(" ")), common::run(&scene(name, &changes)).state_hash)
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| runs.par_iter().map(hash).collect())
+    };
+    let runs = hashed();
+    let found = with_threads(3, &runs);
+    let alone = with_threads(1, &runs[runs.len() - 6..]);
+    assert!(alone.iter().all(|(run, hash)| found[run] == *hash), "one thread: {alone:#?}, three: {found:#?}");
+    if std::env::var_os("RENEW").is_some() {
+        std::fs::write(Path::new(HASHES), serde_json::to_string_pretty(&found).unwrap() + "\n").unwrap();
+    }
+    let known: BTreeMap<String, String> =
+        serde_json::from_str(&std::fs::read_to_string(HASHES).unwrap()).unwrap();
+    let changed: Vec<_> = found.iter().filter(|(run, hash)| known.get(*run) != Some(hash)).collect();
+    assert!(changed.is_empty(), "RENEW=1 cargo test --test determinism, if the method changed: {changed:#?}");
+    assert_eq!(known.len(), found.len(), "hashes of runs that are no more");
 }

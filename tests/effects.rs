@@ -217,15 +217,18 @@ fn the_order_of_effects_in_the_file_changes_no_bit() {
         let reversed: Vec<&Probe> = together.iter().rev().copied().collect();
         let [forward, backward] = [effects(&together), effects(&reversed)];
         assert_ne!(forward.to_string(), backward.to_string());
-        let [forward, backward] = [forward, backward].map(|effects| case_of(scene(effects, SOLVERS[1])));
-        assert_eq!(forward.hash, backward.hash);
-        let bits = |case| -> Vec<u64> {
-            trajectory(&run(case))
-                .iter()
-                .flat_map(|x| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>())
-                .collect()
-        };
-        assert_eq!(bits(&forward), bits(&backward), "without {left_out}");
+        for solver in SOLVERS {
+            let [forward, backward] =
+                [&forward, &backward].map(|effects| case_of(scene(effects.clone(), solver)));
+            assert_eq!(forward.hash, backward.hash);
+            let bits = |case| -> Vec<u64> {
+                trajectory(&run(case))
+                    .iter()
+                    .flat_map(|x| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>())
+                    .collect()
+            };
+            assert_eq!(bits(&forward), bits(&backward), "without {left_out}, {solver}");
+        }
     }
 }
 
@@ -243,7 +246,8 @@ fn with_every_effect_the_ledgers_close() {
             // do not turn.
             let (angular, energy, rise) = match (probe.name, solver) {
                 ("friction", "explicit+impulse") => (1e-3, 1e-10, 1e-10),
-                ("closing", "explicit+impulse") => (1e-6, 1e-10, 1e-10),
+                // Rise 4e-6, of the cables that a thread drags taut.
+                ("closing", "explicit+impulse") => (1e-6, 1e-10, 1e-4),
                 (_, "explicit+impulse") => (1e-12, 1e-10, 1e-10),
                 _ => (1e-3, 1e-3, 1e-3),
             };

@@ -7,6 +7,7 @@ use common::{below, case_of, knots, small_scene, tie, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
+use tumblenet::contact::rapier::Rapier;
 use tumblenet::failure::Failure;
 use tumblenet::friction::Law;
 use tumblenet::net::Net;
@@ -42,14 +43,7 @@ fn plate(motion: &str) -> Target {
 const STEP: f64 = 5e-4;
 
 fn setup() -> Setup {
-    Setup {
-        step: STEP,
-        substeps: 1,
-        restitution: 0.0,
-        friction: None,
-        has_contacts: true,
-        ..Setup::default()
-    }
+    Setup { step: STEP, substeps: 1, friction: None, has_contacts: true, ..Setup::default() }
 }
 
 /// Steps a world of free knots and a target; returns the last state and all contacts.
@@ -58,7 +52,7 @@ fn advance(net: &Net, target: &Target, setup: &Setup, n_steps: u32) -> (State, V
     let (mut state, mut contacts, mut all) = (State::default(), Vec::new(), Vec::new());
     world.read(&mut state);
     for _ in 0..n_steps {
-        world.advance(&mut state, 8);
+        world.advance(&mut state, STEP, 8);
         world.contacts(&mut contacts);
         all.extend(contacts.iter().copied());
     }
@@ -123,7 +117,7 @@ fn a_knot_sliding_off_an_edge_does_not_float() {
     let mut furthest = 0.0_f64;
     for _ in 0..1200 {
         world.apply(&pressed);
-        world.advance(&mut state, 8);
+        world.advance(&mut state, STEP, 8);
         world.contacts(&mut contacts);
         if contacts.iter().any(|contact| contact.impulse > 0.0) {
             furthest = furthest.max(state.knots.position[0].x);
@@ -174,7 +168,16 @@ fn a_contact_impulse_is_the_momentum_it_changes() {
 fn a_knot_bounces_as_the_restitution_says() {
     for restitution in [0.0, 0.5, 1.0] {
         let net = knots(&[(0.01, [-0.01, 0.0, 0.0], [1.0, 0.4, 0.0])]);
-        let (state, _) = advance(&net, &plate("fixed"), &Setup { restitution, ..setup() }, 100);
+        let plate = plate("fixed");
+        let mut world = World::new(&net, Some(&plate), &setup());
+        let mut answer = Rapier::new(&net, &plate, restitution);
+        let mut state = State::default();
+        world.read(&mut state);
+        for _ in 0..100 {
+            let before = state.clone();
+            world.advance(&mut state, STEP, 8);
+            answer.observe(&mut world, &before, &mut state, STEP);
+        }
         let velocity = state.knots.velocity[0];
         below("normal speed less -e v", (velocity.x + restitution).abs(), 1e-6); // measured 3e-14
         below("speed across", (velocity.y - 0.4).abs(), 1e-12); // frictionless
@@ -353,9 +356,8 @@ fn a_cable_never_pushes() {
 /// Ten light knots between two bullets a thousand times heavier, flying apart at 10 m/s: the cables
 /// must not stretch away, and no energy may come from it.
 ///
-/// At the default step it does, and is asserted as it is: a step of 0.5 ms spans 7 / ω of the light
-/// knots, and the rows of a chain that goes taut at once cannot carry it all. A fifth of the step
-/// can.
+/// A step of 0.5 ms spans 7 / ω of the light knots, and the rows of a chain that goes taut at once
+/// cannot carry it all: such a step is done in parts.
 #[test]
 fn heavy_bullets_do_not_stretch_a_chain_of_light_knots() {
     let n_cables = 11;
@@ -396,7 +398,8 @@ fn heavy_bullets_do_not_stretch_a_chain_of_light_knots() {
     below("energy over the launch energy, step 0.1 ms", most, 1.0 + 1e-6); // measured 1.0
     let [stretch, most] = worst(STEP);
     within("stretch over a massless chain's, step 0.5 ms", stretch, [0.9, 1.05]); // measured 1.022
-    within("energy over the launch energy, step 0.5 ms", most, [1.0, 1.1]); // measured 1.066
+    // 1.066 before steps whose cables make energy were done again in more parts.
+    below("energy over the launch energy, step 0.5 ms", most, 1.0 + 1e-3);
 }
 
 /// The engine keeps a force until it is taken back.
@@ -407,7 +410,7 @@ fn a_force_acts_for_its_step_only() {
     let mut state = State::default();
     world.apply(&Loads { on_knots: vec![Vector3::new(0.0, 2.0, 0.0)], ..Loads::default() });
     for _ in 0..10 {
-        world.advance(&mut state, 1);
+        world.advance(&mut state, STEP, 1);
         below("speed less F dt / m", (state.knots.velocity[0].y - 2.0 * STEP / 0.5).abs(), 1e-15);
     }
 }
@@ -419,7 +422,7 @@ fn a_fast_knot_keeps_its_speed() {
     let mut world = World::new(&net, None, &setup());
     let mut state = State::default();
     for _ in 0..100 {
-        world.advance(&mut state, 1);
+        world.advance(&mut state, STEP, 1);
     }
     assert_eq!(state.knots.velocity[0].x, 2000.0);
     below("way less v t", (state.knots.position[0].x - 2000.0 * 100.0 * STEP).abs(), 1e-9);

@@ -4,6 +4,8 @@ mod common;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::metrics::conservation::Conservation;
@@ -154,19 +156,120 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(config(8))]
+
+    /// The source's solver, at a step that it chooses itself.
+    ///
+    /// Known to be wrong: at the step chosen for it the penalty force can gain energy, once 1e5 times
+    /// the launch energy on a box of 1 cm, since snaps drive light knots deeper than its stable step
+    /// counts on. `energy_rise` says so; of `penalty` only the balance is asserted.
+    #[test]
+    fn a_capture_by_the_sources_solver_keeps_momentum_and_gains_no_energy(
+        scene in captures(), contact in prop_oneof![Just("impulse"), Just("penalty")]
+    ) {
+        let mut scene = scene;
+        let solver = json!({ "cables": "explicit", "contact": contact });
+        scene["solver"] = solver;
+        // Stiff cables of light knots ask for steps of a microsecond.
+        scene["net"]["cable"]["material"] = soft();
+        let case = common::case_of(scene);
+        let run = common::run(&case);
+        let found = Conservation::of(&case, &run);
+        if contact == "impulse" {
+            kept(&case, &run)?;
+        }
+        prop_assert!(found.momentum_residual < 1e-9, "{found:?}");
+        // Friction acts on the surface of a knot, which is a point and does not turn.
+        let bound = if case.scene.effects.friction.is_some() { 1e-3 } else { 1e-9 };
+        prop_assert!(found.angular_momentum_residual < bound, "{found:?}"); // measured 2e-4 and 2e-15
+        prop_assert!(found.energy_residual < 1e-6 * (1.0 + found.energy_rise), "{found:?}");
+    }
+
+    /// Net and target turned by 90 degrees about X: they meet at the same time, and what they do to
+    /// each other is turned.
+    #[test]
+    fn a_turned_target_is_met_alike(scene in captures()) {
+        let mut scene = scene;
+        scene["net"]["meshes"][1] = scene["net"]["meshes"][0].clone();
+        let mut turned = scene.clone();
+        let numbers = |value: &Value| -> Vec<f64> { serde_json::from_value(value.clone()).unwrap() };
+        let offset = numbers(&scene["target"]["offset_m"]);
+        let attitude = numbers(&scene["target"]["attitude_deg"]);
+        turned["target"]["offset_m"] = json!([-offset[1], offset[0]]);
+        // Turns are about x first, so one about X before all others adds to it.
+        turned["target"]["attitude_deg"] = json!([attitude[0] + 90.0, attitude[1], attitude[2]]);
+        let [(case, run), (_, other)] = [scene, turned].map(|scene| {
+            let case = resolved(scene);
+            let run = common::run(&case);
+            (case, run)
+        });
+        let frame = early(&case, &run);
+        let [here, there] = [&run, &other].map(|run| run.frames.target[frame]);
+        let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+        let error = (turn * here.position - there.position).norm() / size(&case);
+        prop_assert!(error < 2e-4, "{here:?} {there:?}");
+        let scale = here.rate.norm() + 1e-3;
+        prop_assert!((turn * here.rate - there.rate).norm() < 1e-3 * scale, "{here:?} {there:?}");
+        let [first, second] = [&run, &other].map(|run| run.extremes.first_contact);
+        let until = run.frames.time[frame];
+        match (first.filter(|t| *t < until), second.filter(|t| *t < until)) {
+            (Some(a), Some(b)) => prop_assert!((a - b).abs() < 2.5 * run.step, "{a} {b}"),
+            (a, b) => prop_assert_eq!(a, b),
+        }
+    }
+}
+
+/// Finer steps converge: over random nets the difference that a quarter of the step makes falls with
+/// the step. Of one net alone it need not: which cable snaps first is a matter of the last digits.
+#[test]
+fn a_quarter_of_the_step_comes_nearer() {
+    let mut runner = TestRunner::new(config(1));
+    for (cables, contact) in [("joints", "rapier"), ("explicit", "impulse")] {
+        let mut ratios: Vec<f64> = (0..12)
+            .map(|_| {
+                let case = resolved(nets(2..=4).new_tree(&mut runner).unwrap().current());
+                let mut scene = serde_json::to_value(&case.scene).unwrap();
+                let run = common::run(&case);
+                scene["duration_s"] = json!(run.frames.time[early(&case, &run)]);
+                scene["solver"]["cables"] = json!(cables);
+                scene["solver"]["contact"] = json!(contact);
+                scene["output"]["sample_s"] = json!(case.pace.step);
+                let [coarse, middle, fine] = [1.0, 0.25, 0.0625].map(|share| {
+                    scene["solver"]["step_s"] = json!(share * case.pace.step);
+                    let run = common::run(&common::case_of(scene.clone()));
+                    run.frames.knots.last().unwrap().clone()
+                });
+                let apart = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
+                    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+                };
+                apart(&middle, &fine) / apart(&coarse, &middle)
+            })
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        println!("{cables}: {ratios:.3?}");
+        common::below(&format!("{cables}, median"), 0.5 * (ratios[5] + ratios[6]), 0.6);
+    }
+}
+
 /// The same net of a softer material, with a step that resolves its cables.
 ///
 /// Where the step does not, snaps follow one another in the order of the cables, and a bullet that
 /// is hardly heavier than its knots feels the order: mirror images of random nets came to differ by
 /// up to a tenth of the net. The source's bullets (240 to 440 knots) keep theirs to 5e-7 m.
 fn resolved(mut scene: Value) -> Case {
-    scene["net"]["cable"]["material"] = json!({ "young_modulus_pa": 1e7, "density_kg_m3": 1000.0,
-        "tensile_strength_pa": 1e9, "elongation_at_break": 0.1 });
+    scene["net"]["cable"]["material"] = soft();
     let net = common::case_of(scene.clone()).net;
     let fastest = net.cables.iter().map(|cable| cable.natural_frequency()).fold(0.0, f64::max);
     scene["solver"]["step_s"] = json!(0.2 / fastest);
     scene["output"]["sample_s"] = json!(1.0 / fastest);
     common::case_of(scene)
+}
+
+/// A material of a hundredth of nylon's stiffness.
+fn soft() -> Value {
+    json!({ "young_modulus_pa": 1e7, "density_kg_m3": 1000.0, "tensile_strength_pa": 1e9,
+        "elongation_at_break": 0.1 })
 }
 
 /// The frame half-way to where the bullets would have opened the net had nothing held them: cables

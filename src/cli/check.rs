@@ -4,6 +4,7 @@ use clap::Args;
 use tumblenet::case::Case;
 use tumblenet::problems::Problems;
 
+use super::reading::Reading;
 use super::{Error, print};
 
 /// Arguments of `check`.
@@ -12,13 +13,16 @@ pub struct Arguments {
     /// Scene files, or names of built-in scenes.
     #[arg(required = true)]
     scenes: Vec<String>,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Checks every scene and reports all faults of all of them.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    let limits = arguments.reading.limits()?;
     let mut bad: Vec<Problems> = Vec::new();
     for scene in &arguments.scenes {
-        match Case::load(scene, &[]) {
+        match Case::load_within(scene, &[], limits) {
             Ok(case) => print(&format!("{scene}: ok, {}", case.scene.title))?,
             Err(problems) => bad.push(problems),
         }

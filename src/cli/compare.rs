@@ -11,8 +11,9 @@ use tumblenet::study::compare::{self, Comparison, Request, TRUST_SHARE};
 use tumblenet::study::ensemble;
 
 use super::members::Kept;
+use super::reading::Reading;
 use super::run::progress_bar;
-use super::{Error, Format, json, print};
+use super::{Error, Format, interrupt, json, print};
 
 /// Arguments of `compare`.
 #[derive(Args)]
@@ -28,6 +29,8 @@ pub struct Arguments {
     /// Changes a value of the scene first, as `run` does.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     changes: Vec<String>,
+    #[command(flatten)]
+    reading: Reading,
     /// Runs of each variant, whose folded knots differ by up to `--perturb` metres.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=200))]
     members: u32,
@@ -60,7 +63,7 @@ fn at_least_zero(text: &str) -> Result<f64, String> {
 
 /// Runs the variants and writes the comparison.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let mut source = Source::find(&arguments.scene)?;
+    let mut source = Source::find_within(&arguments.scene, arguments.reading.limits()?)?;
     source.set(&arguments.changes)?;
     let variants = variants(&source, arguments.solvers.as_deref(), &arguments.vary)?;
     let out =
@@ -81,6 +84,10 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         serial: arguments.serial,
     };
     let title = base.scene.title.clone();
+    interrupt::leaves(format!(
+        "finished members are kept in {}; the same command goes on from them",
+        out.display()
+    ));
     let members = members(&source.name, &variants, &request, &out)?;
     let comparison = Comparison::of(&title, &variants, &request, &members);
     report::write(&out, &comparison)?;

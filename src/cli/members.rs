@@ -28,8 +28,12 @@ impl Kept {
 
     /// The first `count` members, those that are there and whole.
     pub fn known<T: DeserializeOwned>(&self, count: usize) -> Vec<T> {
-        let read = |member| serde_json::from_slice(&std::fs::read(self.place(member)).ok()?).ok();
-        (0..count).filter_map(read).collect()
+        (0..count).filter_map(|member| self.one(member)).collect()
+    }
+
+    /// One member, if it is there and whole.
+    pub fn one<T: DeserializeOwned>(&self, member: usize) -> Option<T> {
+        serde_json::from_slice(&std::fs::read(self.place(member)).ok()?).ok()
     }
 
     /// Keeps a member; a failure is told by [`Kept::finish`], so that the other members go on.

@@ -2,10 +2,14 @@
 
 mod check;
 mod compare;
+mod cost;
+mod interrupt;
 mod list;
 mod members;
+mod reading;
 mod run;
 mod show;
+mod stress;
 
 use std::process::ExitCode;
 
@@ -30,6 +34,10 @@ enum Command {
     Run(run::Arguments),
     /// Runs one scene in several variants and sets them side by side.
     Compare(compare::Arguments),
+    /// Measures what accuracy costs in time: every dial, on one scene.
+    Cost(cost::Arguments),
+    /// Runs the catalogue of hard cases: what must hold, and what does.
+    Stress(stress::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -63,6 +71,15 @@ enum Error {
     Expectation(String),
 }
 
+impl From<tumblenet::study::cost::Error> for Error {
+    fn from(error: tumblenet::study::cost::Error) -> Error {
+        match error {
+            tumblenet::study::cost::Error::Input(problems) => Error::Input(problems),
+            tumblenet::study::cost::Error::Run(failure) => Error::Run(failure),
+        }
+    }
+}
+
 impl Error {
     fn status(&self) -> u8 {
         match self {
@@ -75,10 +92,13 @@ impl Error {
 /// Runs the command of the command line.
 pub fn main() -> ExitCode {
     let program = Program::parse();
+    interrupt::listen();
     let done = match program.command {
         None => run::default_scene(),
         Some(Command::Run(arguments)) => run::main(&arguments),
         Some(Command::Compare(arguments)) => compare::main(&arguments),
+        Some(Command::Cost(arguments)) => cost::main(&arguments),
+        Some(Command::Stress(arguments)) => stress::main(&arguments),
         Some(Command::Check(arguments)) => check::main(&arguments),
         Some(Command::List) => list::main(),
         Some(Command::Show(arguments)) => show::main(&arguments),

@@ -6,15 +6,20 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use tumblenet::case::Case;
+use tumblenet::limits::{Limit, Limits};
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
+use tumblenet::problems::Problems;
 use tumblenet::report::{files, results, table};
 use tumblenet::run::Run;
-use tumblenet::scene;
+use tumblenet::scene::{self, Source};
+use tumblenet::study::cost::accuracy::{Accuracy, Table};
+use tumblenet::study::cost::advice;
 use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
 
 use super::members::Kept;
-use super::{Error, Format, json, print};
+use super::reading::Reading;
+use super::{Error, Format, cost, interrupt, json, print};
 
 /// Arguments of `run`.
 #[derive(Args)]
@@ -27,11 +32,17 @@ pub struct Arguments {
     /// Changes a value of the scene first: `solver.step_s=0.0005`, `target.spin_rad_s.0=2`; `null` removes a key.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     changes: Vec<String>,
+    /// Takes a solver setting that is known to reach an accuracy before contact: `1mm`, or `fast`, `standard`, `fine`
+    /// (a thousandth, a ten-thousandth, a hundred-thousandth of the net's side).
+    #[arg(long, value_name = "LENGTH", value_parser = |text: &str| text.parse::<Accuracy>())]
+    accuracy: Option<Accuracy>,
+    #[command(flatten)]
+    reading: Reading,
     /// How the result is printed.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     /// Runs N copies whose folded knots differ by up to `--perturb` metres.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     ensemble: Option<u32>,
     /// Largest displacement of a knot along each axis [m].
     #[arg(long, value_name = "METRES", default_value_t = 1e-6, requires = "ensemble", value_parser = length)]
@@ -64,22 +75,64 @@ pub fn default_scene() -> Result<(), Error> {
 
 /// Runs the scene of the arguments.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let case = Case::load(&arguments.scene, &arguments.changes)?;
+    let limits = arguments.reading.limits()?;
+    let case = match arguments.accuracy {
+        None => Case::load_within(&arguments.scene, &arguments.changes, limits)?,
+        Some(accuracy) => with_accuracy(&arguments.scene, &arguments.changes, limits, accuracy)?,
+    };
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
     if let Some(members) = arguments.ensemble {
+        if limits.exceeded(Limit::Members, f64::from(members)) {
+            let mut problems = Problems::new("--ensemble");
+            problems.add("", members, limits.allowed(Limit::Members));
+            return Err(problems.into());
+        }
         let request =
             Request { members: members as usize, perturb_m: arguments.perturb, seed: arguments.seed };
         return many(&case, &request, &out, arguments.format);
     }
+    let earlier = out.join("summary.json").exists();
     let summary = one(&case, &out)?;
     match arguments.format {
         Format::Json => print(&json(&summary))?,
         Format::Text => {
             print(&table::summary(&summary))?;
-            print(&format!("Results: {}", out.display()))?;
+            let instead = if earlier { ", in place of an earlier run's" } else { "" };
+            print(&format!("Results: {}{instead}", out.display()))?;
         }
     }
     met(&case, &summary)
+}
+
+/// The scene with a setting that reaches `accuracy`: from a study of this very scene if there is one in
+/// its usual place, else from the table of built-in scenes. Which it is goes to standard error.
+fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accuracy) -> Result<Case, Error> {
+    let mut source = Source::find_within(scene, limits)?;
+    source.set(changes)?;
+    let case = Case::build(&source)?;
+    let studied = default_folder(&case).join("cost").join("cost.json");
+    let own = studied.exists().then(|| cost::read(&studied)).transpose();
+    // A study of another version, or of the scene before it was changed, says nothing.
+    let own = own.ok().flatten().filter(|study| study.scene_hash == case.hash);
+    let found = match &own {
+        Some(study) => study.find(&case, accuracy),
+        None => Table::built_in().find(&case, accuracy),
+    };
+    let found = found.map_err(|finest| {
+        let mut problems = Problems::new("--accuracy");
+        let wanted = advice::length(accuracy.length(case.net.designed_area.sqrt()));
+        let rule = match own {
+            Some(_) => "what the study of this scene reached",
+            None => "what was measured for such scenes; `tumblenet cost` measures this one",
+        };
+        problems.add("", wanted, format!("at least {}, {rule}", advice::length(finest)));
+        problems
+    })?;
+    eprintln!("accuracy: {}", found.words);
+    // The user's own word last: what is set by hand stays.
+    source.set(&found.changes)?;
+    source.set(changes)?;
+    Ok(Case::build(&source)?)
 }
 
 /// Where the results go when no folder is named.
@@ -90,12 +143,14 @@ pub(super) fn default_folder(case: &Case) -> PathBuf {
 fn one(case: &Case, out: &Path) -> Result<Summary, Error> {
     // Before the run, not after: an unwritable folder should cost no run.
     files::make_folder(out)?;
+    interrupt::leaves("nothing of this run was written");
     let bar = progress_bar(1000, &case.name);
     let run = Run::of(case, |share| bar.set_position((1000.0 * share) as u64))?;
     bar.finish_and_clear();
     let curves = Curves::of(case, &run);
     let summary = Summary::of(case, &run, &curves);
     results::write(out, case, &run, &curves, &summary)?;
+    interrupt::leaves(format!("the results are in {}", out.display()));
     Ok(summary)
 }
 
@@ -110,6 +165,8 @@ fn met(case: &Case, summary: &Summary) -> Result<(), Error> {
 
 fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<(), Error> {
     let kept = Kept::open(out, "members", case, request)?;
+    let place = out.display();
+    interrupt::leaves(format!("finished members are kept in {place}; the same command goes on from them"));
     let known: Vec<Member> = kept.known(request.members);
     let bar = progress_bar(request.members as u64, &case.name);
     bar.set_position(known.len() as u64);

@@ -9,6 +9,7 @@ use tumblenet::case::Case;
 use tumblenet::report::table::{number, table};
 use tumblenet::simulation::Simulation;
 
+use super::reading::Reading;
 use super::run::default_folder;
 use super::{Error, json, print};
 
@@ -24,11 +25,13 @@ pub struct Arguments {
     /// results/NAME.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Prints scene, net, target, effects and what the engine gets.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let case = Case::load(&arguments.scene, &arguments.changes)?;
+    let case = Case::load_within(&arguments.scene, &arguments.changes, arguments.reading.limits()?)?;
     let simulation = Simulation::new(&case);
     let census = simulation.census();
     let mut facts = table(&["a run consists of", ""]);

@@ -25,7 +25,7 @@ use super::friction::slowing_impulse;
 use super::penalty::Penalty;
 use super::preview::Preview;
 use super::sequential::{self, Bearers, Effort, Row as SharedRow};
-use super::{Row, Tally, TargetMobility};
+use super::{Mobility, Row, Tally};
 use crate::friction::Law;
 use crate::net::Net;
 use crate::solver::{CableModel, Solver};
@@ -63,7 +63,7 @@ pub struct CableWatch {
     detector: CableDetector,
     response: Response,
     friction: Option<Law>,
-    mobility: TargetMobility,
+    mobility: Mobility,
     approach: Approach,
     /// The engine's rows, where it moves the cables.
     preview: Option<Preview>,
@@ -140,7 +140,7 @@ impl CableWatch {
             detector: CableDetector::new(net, target, solver.precision),
             response,
             friction,
-            mobility: TargetMobility::of(target),
+            mobility: Mobility::of(target),
             approach: Approach::new(reach, target.bounding_radius),
             radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
@@ -273,7 +273,8 @@ impl CableWatch {
             let from_centre = plane.record.at_place(&knots.position) - body.position;
             let gap = normal.dot(&from_centre) - plane.height;
             let radius = self.radius[along.cable];
-            let arm = from_centre - radius * normal;
+            // Impulses act at the middle line: a cable cannot turn about it.
+            let arm = from_centre;
             let place = plane.record.at_place(&knots.velocity);
             let velocity = place - body.velocity - body.rate.cross(&arm);
             plane.record.gap = plane.record.gap.min(gap);

@@ -51,21 +51,8 @@ impl Impulse {
     /// it [N s]. Rows must be of different knots.
     pub fn respond(&self, rows: &[Row], mobility: &Mobility, step: f64) -> Vec<(f64, Vector3<f64>)> {
         let wanted: Vec<f64> = rows.iter().map(|row| self.wanted_change(row, step)).collect();
-        let mut acting: Vec<usize> = (0..rows.len()).filter(|&i| wanted[i] > 0.0).collect();
-        let mut impulses = vec![(0.0, Vector3::zeros()); rows.len()];
-        while !acting.is_empty() {
-            let chosen: Vec<Row> = acting.iter().map(|&i| rows[i]).collect();
-            let changes: Vec<f64> = acting.iter().map(|&i| wanted[i]).collect();
-            let solved = solve(&chosen, mobility, &changes);
-            if solved.iter().all(|&j| j >= 0.0) {
-                for (&i, j) in acting.iter().zip(solved) {
-                    impulses[i].0 = j;
-                }
-                break;
-            }
-            let pushing = acting.iter().zip(&solved).filter(|&(_, &j)| j >= 0.0);
-            acting = pushing.map(|(&i, _)| i).collect();
-        }
+        let normal = push(rows, mobility, &wanted).into_iter();
+        let mut impulses: Vec<(f64, Vector3<f64>)> = normal.map(|j| (j, Vector3::zeros())).collect();
         if let Some(law) = &self.friction {
             for (row, impulse) in rows.iter().zip(&mut impulses) {
                 impulse.1 = slowing_impulse(law, row, mobility, impulse.0);
@@ -86,6 +73,27 @@ impl Impulse {
             -speed + (-row.gap / step).min(PUSH_OUT)
         }
     }
+}
+
+/// Impulses that change the normal relative speeds of `rows` by what is `wanted`, where that is more
+/// than nothing, and pull nowhere: what would is released, and the rest solved again.
+pub fn push(rows: &[Row], mobility: &Mobility, wanted: &[f64]) -> Vec<f64> {
+    let mut acting: Vec<usize> = (0..rows.len()).filter(|&i| wanted[i] > 0.0).collect();
+    let mut impulses = vec![0.0; rows.len()];
+    while !acting.is_empty() {
+        let chosen: Vec<Row> = acting.iter().map(|&i| rows[i]).collect();
+        let changes: Vec<f64> = acting.iter().map(|&i| wanted[i]).collect();
+        let solved = solve(&chosen, mobility, &changes);
+        if solved.iter().all(|&j| j >= 0.0) {
+            for (&i, j) in acting.iter().zip(solved) {
+                impulses[i] = j;
+            }
+            break;
+        }
+        let pushing = acting.iter().zip(&solved).filter(|&(_, &j)| j >= 0.0);
+        acting = pushing.map(|(&i, _)| i).collect();
+    }
+    impulses
 }
 
 /// j = M⁻¹ v by the Woodbury identity, O(k).

@@ -32,7 +32,7 @@ pub struct Row {
     pub radius: f64,
     /// Unit normal, from the target to the net.
     pub normal: Vector3<f64>,
-    /// Where they touch, from the target's centre of mass [m].
+    /// Where impulses act: the knot's centre, from the target's centre of mass [m].
     pub arm: Vector3<f64>,
     /// Gap at the start of the step; negative when they overlap [m].
     pub gap: f64,
@@ -57,42 +57,34 @@ impl Row {
 pub struct Mobility {
     /// One over its mass [1/kg].
     pub inverse_mass: f64,
-    /// Inverse of its inertia about the centre of mass, local frame [1/(kg m^2)].
+    /// Inverse of its inertia about the centre of mass, local frame unless said [1/(kg m^2)].
     pub inverse_inertia: Matrix3<f64>,
 }
 
 impl Mobility {
+    /// That of `target`, in the body frame.
+    pub fn of(target: &Target) -> Mobility {
+        match target.motion {
+            Motion::Free => Mobility {
+                inverse_mass: 1.0 / target.mass,
+                // A checked inertia is positive definite.
+                inverse_inertia: target.inertia.try_inverse().unwrap_or_default(),
+            },
+            Motion::Fixed | Motion::Spinning => Mobility::default(),
+        }
+    }
+
+    /// The same in the local frame, from the body frame of `body`.
+    pub fn at(&self, body: &Body) -> Mobility {
+        let turn = body.attitude.to_rotation_matrix();
+        let inverse_inertia = turn.matrix() * self.inverse_inertia * turn.matrix().transpose();
+        Mobility { inverse_inertia, ..*self }
+    }
+
     /// Change of the surface's velocity along `direction` by a unit impulse along it at `arm` [1/kg].
     pub fn along(&self, direction: &Vector3<f64>, arm: &Vector3<f64>) -> f64 {
         let turn = arm.cross(direction);
         self.inverse_mass * direction.norm_squared() + turn.dot(&(self.inverse_inertia * turn))
-    }
-}
-
-/// A target's mass and inertia, in the body frame; zero mobility when it is held.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TargetMobility {
-    inverse_mass: f64,
-    inverse_inertia: Matrix3<f64>,
-}
-
-impl TargetMobility {
-    /// Of `target`.
-    pub fn of(target: &Target) -> TargetMobility {
-        let free = target.motion == Motion::Free;
-        TargetMobility {
-            inverse_mass: if free { 1.0 / target.mass } else { 0.0 },
-            inverse_inertia: target.inertia.try_inverse().filter(|_| free).unwrap_or_default(),
-        }
-    }
-
-    /// As it lies now.
-    pub fn at(&self, body: &Body) -> Mobility {
-        let turn = body.attitude.to_rotation_matrix();
-        Mobility {
-            inverse_mass: self.inverse_mass,
-            inverse_inertia: turn.matrix() * self.inverse_inertia * turn.matrix().transpose(),
-        }
     }
 }
 

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use super::approach::{Approach, Look};
 use super::impulse::Impulse;
 use super::penalty::Penalty;
-use super::{Row, Tally, TargetMobility};
+use super::{Mobility, Row, Tally};
 use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Body, Contact, Knots, State};
@@ -31,7 +31,8 @@ pub enum Response {
 pub struct Watch {
     detector: Detector,
     response: Response,
-    mobility: TargetMobility,
+    /// In the body frame.
+    mobility: Mobility,
     approach: Approach,
     radius: Vec<f64>,
     planes: Vec<Plane>,
@@ -74,7 +75,7 @@ impl Watch {
         Watch {
             detector: Detector::new(net, target, precision),
             response,
-            mobility: TargetMobility::of(target),
+            mobility: Mobility::of(target),
             approach: Approach::new(reach, target.bounding_radius),
             radius: net.radius.clone(),
             planes: Vec::new(),
@@ -135,7 +136,8 @@ impl Watch {
             let from_centre = knots.position(plane.knot) - body.position;
             // normal · (x − surface point) − radius, the surface point in the body frame.
             let gap = normal.dot(&from_centre) - plane.height;
-            let arm = from_centre - self.radius[plane.knot] * normal;
+            // A knot cannot turn: impulses act at its centre, or the moment of friction would be lost.
+            let arm = from_centre;
             let velocity = knots.velocity(plane.knot) - body.velocity - body.rate.cross(&arm);
             plane.record.gap = plane.record.gap.min(gap);
             if gap + step * normal.dot(&velocity) >= 0.0 && gap >= 0.0 {
@@ -185,9 +187,12 @@ impl Watch {
             touched(row.knot);
             let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&row.arm));
             let Plane { record, tally, .. } = &mut self.planes[*index];
-            record.point = before.position + row.arm;
             record.normal = row.normal;
             record.impulse += normal;
+            // The mean over the sub-steps, so that impulse and moment agree.
+            if record.impulse > 0.0 {
+                record.point += (normal / record.impulse) * (before.position + row.arm - record.point);
+            }
             record.friction += across;
             tally.add(&(*normal * row.normal), across, &surface);
         }

@@ -5,8 +5,6 @@
 //! turned round: the acceleration of a free thing there, relative to the cabin. Both are constant, or
 //! come from a CSV file, or the one on top of the other. A target that is held is fixed in the cabin.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,10 +13,12 @@ use super::field::Active;
 use super::{Effect, Parameters};
 use crate::assets::Kind;
 use crate::field::profile::{self, Row, Values};
+use crate::limits::Limit;
 use crate::net::Net;
 use crate::problems::Problems;
 use crate::read::join;
-use crate::target::{Target, files};
+use crate::target::Target;
+use crate::target::files::Files;
 
 /// Parameters of the cabin.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -81,13 +81,14 @@ impl Cabin {
 }
 
 impl Parameters for Cabin {
-    fn load(&mut self, folder: Option<&Path>, place: &str, problems: &mut Problems) {
+    fn load(&mut self, files: &Files, place: &str, problems: &mut Problems) {
         let Some(name) = &self.profile else { return };
         let place = join(place, "profile");
         let rows = if let Some(text) = Kind::Cabin.text(name) {
             profile::read(text.as_bytes(), &place, problems)
         } else if name.ends_with(".csv") {
-            files::read(name, folder, &place, problems)
+            files
+                .read(name, Limit::Text, &place, problems)
                 .and_then(|(bytes, _)| profile::read(&bytes, &place, problems))
         } else {
             let allowed = format!("{}, or the path of a CSV file (.csv)", Kind::Cabin.choices());

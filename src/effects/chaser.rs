@@ -14,8 +14,6 @@
 //! Limits: it touches nothing, and a thread to it (layout `cinch`, `tug`) pulls from outside and not
 //! at this body.
 
-use std::path::Path;
-
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -29,11 +27,12 @@ use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
 use crate::state::{Body, FreeBody, Posting, State};
+use crate::target::files::Files;
 use crate::target::motion::RigidMotion;
 use crate::target::{Motion, Target};
 
 /// Deviations beyond so many standard deviations are not drawn.
-const CUT: f64 = 3.0;
+pub const CUT: f64 = 3.0;
 
 /// Parameters of the chaser.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -115,7 +114,7 @@ fn least_axis(along: &Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Parameters for Chaser {
-    fn load(&mut self, _folder: Option<&Path>, place: &str, problems: &mut Problems) {
+    fn load(&mut self, _files: &Files, place: &str, problems: &mut Problems) {
         let [x, y, z] = self.inertia_kg_m2.map(|moment| moment.0);
         let largest = x.max(y).max(z);
         if largest > (x + y + z - largest) * (1.0 + 1e-6) {

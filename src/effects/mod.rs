@@ -15,8 +15,6 @@ pub mod orbit;
 pub mod self_contact;
 pub mod tug;
 
-use std::path::Path;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,12 +24,12 @@ use crate::problems::Problems;
 use crate::read::join;
 use crate::state::{Body, Contact, Knots, Loads, Posting, State};
 use crate::target::Target;
+use crate::target::files::Files;
 
 /// What a scene says of an effect.
 pub trait Parameters {
     /// Reads the files it names, and checks what no single value shows; faults go to `problems`.
-    /// `folder` is that of the scene, if it is a file.
-    fn load(&mut self, _folder: Option<&Path>, _place: &str, _problems: &mut Problems) {}
+    fn load(&mut self, _files: &Files, _place: &str, _problems: &mut Problems) {}
 
     /// Numbers that came from files: part of the scene's hash.
     fn loaded(&self) -> Vec<f64> {
@@ -159,9 +157,9 @@ macro_rules! effects {
             pub const NAMES: &[&str] = &[$(stringify!($name)),*];
 
             /// Loads what the named effects need from files, and checks each by itself.
-            pub fn load(&mut self, folder: Option<&Path>, problems: &mut Problems) {
+            pub fn load(&mut self, files: &Files, problems: &mut Problems) {
                 $(if let Some(parameters) = &mut self.$name {
-                    parameters.load(folder, &join("effects", stringify!($name)), problems);
+                    parameters.load(files, &join("effects", stringify!($name)), problems);
                 })*
             }
 

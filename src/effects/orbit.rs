@@ -8,8 +8,6 @@
 //!
 //! Inclination, node and argument of perigee do not enter: the field of two bodies is a sphere's.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,6 +20,7 @@ use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
 use crate::target::Target;
+use crate::target::files::Files;
 
 /// Parameters of the orbit: `altitude_m` or `elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -113,7 +112,7 @@ impl Orbit {
 }
 
 impl Parameters for Orbit {
-    fn load(&mut self, _folder: Option<&Path>, place: &str, problems: &mut Problems) {
+    fn load(&mut self, _files: &Files, place: &str, problems: &mut Problems) {
         match (self.altitude_m, self.elements) {
             (None, None) => problems.add(place, "no orbit", "altitude_m or elements"),
             (Some(_), Some(_)) => {

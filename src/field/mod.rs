@@ -83,8 +83,8 @@ pub enum Gravity {
     Uniform(Vector3<f64>),
     /// That of a distant centre, less that at the origin, which falls freely.
     Tidal {
-        /// Gravitational parameter μ [m^3/s^2].
-        parameter: f64,
+        /// μ / R³ [1/s^2].
+        strength: f64,
         /// From the attracting centre to the origin, R [m].
         radius: Vector3<f64>,
     },
@@ -100,52 +100,51 @@ impl Gravity {
     fn acceleration(&self, position: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Gravity::Uniform(gravity) => *gravity,
-            Gravity::Tidal { parameter, radius } => {
+            Gravity::Tidal { strength, radius } => {
                 let (q, s) = encke(position, radius);
                 let cube = s * s * s;
                 let grown = q * (3.0 + q * (3.0 + q)) / (1.0 + cube);
-                -(parameter / (radius.norm().powi(3) * cube)) * (position - grown * radius)
+                -(strength / cube) * (position - grown * radius)
             }
         }
     }
 
     /// Potential of a unit mass [J/kg], zero at the origin.
     ///
-    /// Tidal: −μ (1 / |R + r| − 1 / R + R · r / R³) = −(μ / R) ((s − 1)² (s + 2) / (2 s) − r² / (2 R²)).
+    /// Tidal: −μ (1 / |R + r| − 1 / R + R · r / R³) = −(μ / R³) (R² (s − 1)² (s + 2) / (2 s) − r² / 2).
     fn potential(&self, position: &Vector3<f64>) -> f64 {
         match self {
             Gravity::Uniform(gravity) => -gravity.dot(position),
-            Gravity::Tidal { parameter, radius } => {
+            Gravity::Tidal { strength, radius } => {
                 let (q, s) = encke(position, radius);
                 let less_one = q / (1.0 + s);
-                let square = radius.norm_squared();
                 let drop = less_one * less_one * (s + 2.0) / (2.0 * s);
-                -(parameter / square.sqrt()) * (drop - 0.5 * position.norm_squared() / square)
+                -strength * (radius.norm_squared() * drop - 0.5 * position.norm_squared())
             }
         }
     }
 
     /// Torque of its gradient on a body of `inertia` (local frame) at `position` [N m]:
-    /// 3 μ / R³ n × I n with n from the attracting centre.
+    /// 3 μ / |R + r|³ n × I n with n along R + r.
     fn torque(&self, position: &Vector3<f64>, inertia: &Matrix3<f64>) -> Vector3<f64> {
         match self {
             Gravity::Uniform(_) => Vector3::zeros(),
-            Gravity::Tidal { parameter, radius } => {
-                let from_centre = radius + position;
-                let n = from_centre.normalize();
-                3.0 * parameter / from_centre.norm().powi(3) * n.cross(&(inertia * n))
+            Gravity::Tidal { strength, radius } => {
+                let (_, s) = encke(position, radius);
+                let n = (radius + position).normalize();
+                3.0 * strength / (s * s * s) * n.cross(&(inertia * n))
             }
         }
     }
 
-    /// Energy of that torque [J]: (3 n · I n − tr I) μ / (2 R³).
+    /// Energy of that torque [J]: (3 n · I n − tr I) μ / (2 |R + r|³).
     fn torque_potential(&self, position: &Vector3<f64>, inertia: &Matrix3<f64>) -> f64 {
         match self {
             Gravity::Uniform(_) => 0.0,
-            Gravity::Tidal { parameter, radius } => {
-                let from_centre = radius + position;
-                let n = from_centre.normalize();
-                0.5 * parameter / from_centre.norm().powi(3) * (3.0 * n.dot(&(inertia * n)) - inertia.trace())
+            Gravity::Tidal { strength, radius } => {
+                let (_, s) = encke(position, radius);
+                let n = (radius + position).normalize();
+                0.5 * strength / (s * s * s) * (3.0 * n.dot(&(inertia * n)) - inertia.trace())
             }
         }
     }

@@ -76,7 +76,7 @@ impl Field for Orbit {
         Frame {
             rate: self.turn(distance),
             centre: Vector3::zeros(),
-            gravity: Gravity::Tidal { parameter: EARTH_PARAMETER, radius },
+            gravity: Gravity::Tidal { strength: EARTH_PARAMETER / distance.powi(3), radius },
         }
     }
 

@@ -6,13 +6,14 @@ use super::Pull;
 use super::explicit::ExplicitMethod;
 use crate::cables::joints::Joints;
 use crate::case::Case;
-use crate::contact::rapier;
+use crate::contact::rapier::Rapier;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Failure};
 use crate::plan::Plan;
-use crate::solver::Flight;
+use crate::solver::{ContactModel, Flight};
 use crate::state::{Body, Knots, State};
 use crate::work::{Clock, Work};
+use crate::world::parts::Parts;
 use crate::world::sweeps::Sweeps;
 use crate::world::{Census, World};
 
@@ -22,10 +23,21 @@ pub struct JointsMethod {
     pub sweeps: Sweeps,
     world: World,
     cables: Joints,
+    /// The engine's answer to contacts, or one of ours; neither without a target.
+    rapier: Option<Rapier>,
     watch: Option<Watch>,
     /// The explicit net that flies until the boxes meet.
     flight: Option<ExplicitMethod>,
     inverse_mass: Vec<f64>,
+    /// Parts of a step.
+    parts: Parts,
+    /// What effects changed in this step: knot and change of velocity [m/s].
+    pulled: Vec<(usize, Vector3<f64>)>,
+    /// The same for the target: of its velocity [m/s] and its rate [rad/s], if they changed.
+    pulled_target: Option<(Vector3<f64>, Vector3<f64>)>,
+    has_pulled: bool,
+    /// The step's and a part's start; kept for their memory.
+    starts: [State; 2],
     /// Knots whose velocity an effect changed in this step.
     touched: Vec<bool>,
     step: f64,
@@ -38,10 +50,16 @@ impl JointsMethod {
         let mut world = World::new(&case.net, case.target.as_ref(), &plan.setup());
         JointsMethod {
             sweeps: Sweeps::new(case.scene.solver.sweeps, case.scene.solver.sweeps_max),
-            cables: Joints::install(&case.net, case.scene.solver.snap_passes, plan.step, &mut world),
+            cables: Joints::install(&case.net, case.scene.solver.snap_passes, &mut world),
+            rapier: engine_contact(case, plan),
             watch: super::watch(case, plan),
             flight: (case.scene.solver.flight == Flight::Explicit).then(|| ExplicitMethod::flight(case)),
             inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
+            parts: Parts::new(most_parts(case, plan)),
+            pulled: Vec::new(),
+            pulled_target: None,
+            has_pulled: false,
+            starts: Default::default(),
             touched: vec![false; case.net.n_knots()],
             step: plan.step,
             substeps: plan.substeps,
@@ -72,33 +90,28 @@ impl JointsMethod {
         }
         clock.lap(&mut work.stages.contact);
 
-        // Snaps before the world moves: its implicit rows would swallow them.
-        self.cables.prepare(state, &mut self.world);
-        // Threads last before the world moves: nothing but its rows then spoils their length.
-        self.pull(state, pull);
-        failure::check(state, "cables")?;
-        clock.lap(&mut work.stages.cables);
-
-        // Detection, contact rows, cable rows and motion, sub-step by sub-step.
-        self.world.apply(&state.loads);
-        self.world.advance(state, self.sweeps.now());
-        self.check_world(state)?;
-        clock.lap(&mut work.stages.world);
-
-        match &mut self.watch {
-            None => rapier::observe(&self.world, before, state, |contacts, after| {
-                pull.report(&before.knots, after, contacts);
-            }),
-            Some(watch) => {
-                answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
-                pull.report(&before.knots, &state.knots, &mut state.contacts);
+        self.starts[0].clone_from(state);
+        let energy = self.cables.energy(&state.knots);
+        self.parts.start(energy);
+        self.has_pulled = false;
+        self.pulled_target = None;
+        loop {
+            let gain = self.in_parts(before, state, work, pull, &mut clock)? - energy;
+            if self.parts.hear(gain, energy + gain) {
+                break;
             }
+            // Cables made energy: back to the start, and on in more parts.
+            state.clone_from(&self.starts[0]);
+            self.world.write(state);
         }
-        failure::check(state, "contact")?;
-        clock.lap(&mut work.stages.contact);
-
-        self.cables.observe(state);
-        clock.lap(&mut work.stages.cables);
+        if let Some(watch) = &mut self.watch {
+            answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
+            failure::check(state, "contact")?;
+            clock.lap(&mut work.stages.contact);
+            self.cables.observe(state);
+            clock.lap(&mut work.stages.cables);
+        }
+        pull.report(&before.knots, &state.knots, &mut state.contacts);
         self.count(work);
         Ok(())
     }
@@ -111,20 +124,105 @@ impl JointsMethod {
         }
     }
 
-    fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) {
-        if !pull.any() {
-            return;
-        }
-        let target = state.target;
-        pull.pull(&mut state.knots, &mut state.target, self.step, &mut self.touched);
-        for (knot, touched) in self.touched.iter_mut().enumerate() {
-            if std::mem::take(touched) {
-                self.world.set_velocity(knot, &state.knots.velocity[knot]);
+    /// The step in as many parts as are asked for; the energy of the net at its end, without the work
+    /// of contacts and effects within it [J].
+    fn in_parts(
+        &mut self,
+        before: &State,
+        state: &mut State,
+        work: &mut Work,
+        pull: &mut dyn Pull,
+        clock: &mut Clock,
+    ) -> Result<f64, Failure> {
+        let n_parts = self.parts.now();
+        let step = self.step / f64::from(n_parts);
+        let mut put_in = 0.0;
+        state.contacts.clear();
+        state.tension.fill(0.0);
+        for part in 0..n_parts {
+            // Snaps before the world moves: its implicit rows would swallow them.
+            self.cables.prepare(state, step, &mut self.world);
+            if part == 0 {
+                // Threads last before the world moves: nothing but its rows then spoils their length.
+                put_in += self.pull(state, pull);
+                if self.pulled_target.is_some() {
+                    // What the engine's contacts do to the target begins after that.
+                    self.starts[1].clone_from(before);
+                    self.starts[1].target = state.target;
+                }
+            } else {
+                self.starts[1].clone_from(state);
+            }
+            failure::check(state, "cables")?;
+            clock.lap(&mut work.stages.cables);
+
+            // Detection, contact rows, cable rows and motion, sub-step by sub-step.
+            self.world.apply(&state.loads);
+            self.world.advance(state, step, self.sweeps.now());
+            work.substeps += u64::from(self.substeps);
+            work.sweeps += u64::from(self.sweeps.now() * self.substeps);
+            work.detections += u64::from(self.world.detecting());
+            self.check_world(state)?;
+            clock.lap(&mut work.stages.world);
+
+            if let Some(rapier) = &mut self.rapier {
+                let n_before = state.contacts.len();
+                let is_before = part == 0 && self.pulled_target.is_none();
+                let start = if is_before { before } else { &self.starts[1] };
+                rapier.observe(&mut self.world, start, state, step);
+                put_in += state.contacts[n_before..].iter().map(|contact| contact.work_on_knot).sum::<f64>();
+                failure::check(state, "contact")?;
+                clock.lap(&mut work.stages.contact);
+            }
+            if self.watch.is_none() {
+                self.cables.observe(state);
+                clock.lap(&mut work.stages.cables);
             }
         }
-        if let Some(body) = state.target.filter(|body| target != Some(*body)) {
-            self.world.set_target(&body);
+        let moved = before.knots.position.iter().zip(&state.knots.position);
+        let loads = state.loads.on_knots.iter().zip(moved);
+        put_in += loads.map(|(force, (from, to))| force.dot(&(to - from))).sum::<f64>();
+        Ok(self.cables.energy(&state.knots) - put_in)
+    }
+
+    /// Effects change velocities, once a step: when it is done again, by as much. Their work [J].
+    fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) -> f64 {
+        if !pull.any() {
+            return 0.0;
         }
+        if !self.has_pulled {
+            self.has_pulled = true;
+            self.pulled.clear();
+            let mut pulled = std::mem::take(&mut self.starts[1].knots);
+            pulled.clone_from(&state.knots);
+            let mut target = state.target;
+            pull.pull(&mut pulled, &mut target, self.step, &mut self.touched);
+            self.pulled_target = match (state.target, target) {
+                (Some(old), Some(new)) if old != new => {
+                    Some((new.velocity - old.velocity, new.rate - old.rate))
+                }
+                _ => None,
+            };
+            for (knot, touched) in self.touched.iter_mut().enumerate() {
+                if std::mem::take(touched) {
+                    self.pulled.push((knot, pulled.velocity[knot] - state.knots.velocity[knot]));
+                }
+            }
+            self.starts[1].knots = pulled;
+        }
+        let mut work = 0.0;
+        for &(knot, change) in &self.pulled {
+            let velocity = &mut state.knots.velocity[knot];
+            work += change.dot(&(*velocity + 0.5 * change)) / self.inverse_mass[knot];
+            *velocity += change;
+            self.world.set_velocity(knot, velocity);
+        }
+        if let (Some(body), Some((velocity, rate))) = (&mut state.target, self.pulled_target) {
+            body.velocity += velocity;
+            body.rate += rate;
+            self.world.set_target(body);
+        }
+        work
     }
 
     fn check_world(&self, state: &State) -> Result<(), Failure> {
@@ -135,12 +233,9 @@ impl JointsMethod {
     }
 
     fn count(&self, work: &mut Work) {
-        work.substeps += u64::from(self.substeps);
-        work.sweeps += u64::from(self.sweeps.now() * self.substeps);
-        work.detections = match &self.watch {
-            None => work.detections + u64::from(self.world.detecting()),
-            Some(watch) => watch.n_detections,
-        };
+        if let Some(watch) = &self.watch {
+            work.detections = watch.n_detections;
+        }
         work.cable_rows = self.cables.n_rows;
         work.snaps = self.cables.n_snaps;
     }
@@ -150,6 +245,21 @@ impl JointsMethod {
         let mut census = self.world.census();
         census.colliders += self.watch.as_ref().map_or(0, Watch::n_colliders);
         census
+    }
+}
+
+/// The engine's answer to contacts, where the case asks for it.
+fn engine_contact(case: &Case, plan: &Plan) -> Option<Rapier> {
+    let target = case.target.as_ref().filter(|_| plan.contact_by_engine)?;
+    Some(Rapier::new(&case.net, target, plan.restitution))
+}
+
+/// Parts as short as the sub-steps of an explicit net. A response of our own acts once a step, so a
+/// step with it has one part.
+fn most_parts(case: &Case, plan: &Plan) -> u32 {
+    match case.scene.solver.contact {
+        ContactModel::Rapier => (plan.step / case.safe_substep()).ceil().clamp(1.0, 4096.0) as u32,
+        ContactModel::Impulse | ContactModel::Penalty => 1,
     }
 }
 

@@ -23,6 +23,8 @@ pub struct Summary {
     pub title: String,
     /// Hash of scene and target.
     pub scene_hash: String,
+    /// Hash of the last state, to the last bit: equal for equal runs.
+    pub state_hash: String,
     /// Version of the program.
     pub version: String,
     /// The method.
@@ -181,6 +183,7 @@ impl Summary {
         Summary {
             title: case.scene.title.clone(),
             scene_hash: case.hash.clone(),
+            state_hash: run.state_hash.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             solver: case.scene.solver,
             effects: run.effects.iter().map(|(name, _)| (*name).to_owned()).collect(),

@@ -11,6 +11,7 @@
 pub mod fold;
 pub mod spec;
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -20,9 +21,6 @@ use crate::cable::{self, Cable};
 use crate::problems::Problems;
 use crate::read;
 use spec::{EdgeCable, Launch, Material, MaterialChoice};
-
-/// Most knots a net may have; beyond it memory and patience end before the physics does.
-pub const MAX_KNOTS: u64 = 250_000;
 
 /// A checked net.
 #[derive(Clone, Debug)]
@@ -58,26 +56,16 @@ impl Net {
         let edge = Strand::edge(spec.edge_cable.as_ref(), &inner, problems)?;
         let n_meshes = spec.meshes.map(|n| n as usize);
         let middle = spec.middle_knots as usize;
-        let n_lines = n_meshes[0] * (n_meshes[1] + 1) + n_meshes[1] * (n_meshes[0] + 1);
-        let n_grid = (n_meshes[0] + 1) * (n_meshes[1] + 1);
-        let n_knots = (n_grid + n_lines * middle) as u64;
-        if n_knots > MAX_KNOTS {
-            problems.add(
-                "net.meshes",
-                format!("a net of {n_knots} knots"),
-                format!("at most {MAX_KNOTS} knots; use fewer meshes or middle knots"),
-            );
-            return None;
-        }
+        let (n_lines, n_knots) = (spec.n_lines() as usize, spec.n_knots() as usize);
 
         let grid = n_meshes.map(|n| n + 1);
         let sides = spec.mesh_length_m.sides();
         let lines = grid_lines(grid, middle);
         let mut net = Net {
             grid,
-            mass: vec![0.0; n_knots as usize],
-            radius: vec![0.0; n_knots as usize],
-            young_modulus: vec![0.0; n_knots as usize],
+            mass: vec![0.0; n_knots],
+            radius: vec![0.0; n_knots],
+            young_modulus: vec![0.0; n_knots],
             cables: Vec::with_capacity(n_lines * (middle + 1)),
             bullets: [
                 0,
@@ -88,7 +76,7 @@ impl Net {
             perimeter: Vec::new(),
             designed_area: sides[0] * n_meshes[0] as f64 * sides[1] * n_meshes[1] as f64,
             folded: Vec::new(),
-            launch_velocity: vec![Vector3::zeros(); n_knots as usize],
+            launch_velocity: vec![Vector3::zeros(); n_knots],
         };
         let strand_of = |line: &Line| if line.on_edge { &edge } else { &inner };
 
@@ -291,16 +279,16 @@ fn perimeter(grid: [usize; 2], lines: &[Line]) -> Vec<usize> {
         .chain((1..=last_row).rev().map(|row| knot_at(grid, row, last_column)))
         .chain((1..=last_column).rev().map(|column| knot_at(grid, 0, column)))
         .collect();
+    let on_edge: HashMap<[usize; 2], &Line> =
+        lines.iter().filter(|line| line.on_edge).map(|line| (line.ends, line)).collect();
     let mut around = Vec::new();
     for (i, &from) in corners.iter().enumerate() {
         let to = corners[(i + 1) % corners.len()];
         around.push(from);
-        for line in lines {
-            if line.ends == [from, to] {
-                around.extend(line.middle.clone());
-            } else if line.ends == [to, from] {
-                around.extend(line.middle.clone().rev());
-            }
+        if let Some(line) = on_edge.get(&[from, to]) {
+            around.extend(line.middle.clone());
+        } else if let Some(line) = on_edge.get(&[to, from]) {
+            around.extend(line.middle.clone().rev());
         }
     }
     around

@@ -10,7 +10,7 @@ use crate::quantity::Positive;
 #[serde(deny_unknown_fields)]
 pub struct Net {
     /// Number of meshes along Y and along Z.
-    #[schemars(inner(range(min = 1, max = 400)))]
+    #[schemars(inner(range(min = 1, max = 10000)))]
     pub meshes: [u32; 2],
     /// Unstretched length of a mesh side [m]: one number, or one along Y and one along Z.
     pub mesh_length_m: MeshLength,
@@ -28,6 +28,20 @@ pub struct Net {
     /// How the net lies in its container.
     #[serde(default)]
     pub fold: Fold,
+}
+
+impl Net {
+    /// Number of cables before middle knots divide them.
+    pub fn n_lines(&self) -> u64 {
+        let [along_y, along_z] = self.meshes.map(u64::from);
+        along_y * (along_z + 1) + along_z * (along_y + 1)
+    }
+
+    /// Number of knots.
+    pub fn n_knots(&self) -> u64 {
+        let [along_y, along_z] = self.meshes.map(u64::from);
+        (along_y + 1) * (along_z + 1) + self.n_lines() * u64::from(self.middle_knots)
+    }
 }
 
 /// Side of a mesh [m].

@@ -9,15 +9,12 @@ use std::path::Path;
 use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
-use super::plots::{self, DARK, hex};
-use super::results;
+use super::page::{self, Figure};
 use super::table::{number, table};
-use super::template::fill;
+use super::{plots, results};
 use crate::study::compare::{Comparison, Outcome};
 use crate::study::ensemble::Share;
-use figures::{Figure, timing};
-
-const TEMPLATE: &str = include_str!("compare/page.html");
+use figures::timing;
 
 /// A column: name, in two lines for a terminal, and unit.
 type Column = (&'static str, &'static str);
@@ -67,7 +64,7 @@ pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
         files::write(&place, |file| file.write_all(svg.as_bytes()))?;
         drawn.push((figure, svg));
     }
-    let page = page(comparison, &drawn);
+    let page = whole_page(comparison, &drawn);
     files::write(&out.join("compare.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
     results::json(&out.join("compare.json"), comparison)
@@ -231,7 +228,7 @@ fn notes(comparison: &Comparison) -> Vec<String> {
 }
 
 /// The page: table and figures, everything within one file.
-fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
+fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
     let closing = closing_cells(comparison);
     let tables = [(&COLUMNS, cells(comparison)), (&CLOSING_COLUMNS, closing)];
     let tables: String = tables
@@ -239,39 +236,17 @@ fn page(comparison: &Comparison, figures: &[(Figure, String)]) -> String {
         .filter(|(_, cells)| !cells.is_empty())
         .map(|(columns, cells)| page_table(*columns, cells))
         .collect();
-    let notes: String = notes(comparison).iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
-    let mut drawings = String::new();
-    for (figure, svg) in figures {
-        let _ = writeln!(
-            drawings,
-            "<figure id=\"{}\">\n<h2>{}</h2>\n<figcaption>{}</figcaption>\n<div class=\"plot\">{svg}</div>\n</figure>",
-            figure.name,
-            figure.title,
-            escape(&figure.words)
-        );
-    }
-    let provenance = &comparison.provenance;
-    let made = format!(
-        "{} ({}), {}, {}; {}, {} processors: {}. Seed {}. <code>{}</code>",
-        escape(&provenance.program),
-        escape(&provenance.commit),
-        escape(&provenance.engine),
-        escape(&provenance.compiler),
-        escape(&provenance.platform),
-        provenance.threads,
-        escape(&provenance.processor),
-        comparison.request.ensemble.seed,
-        escape(&provenance.command)
-    );
-    let parts = [
-        ("title", escape(&comparison.title)),
-        ("dark", dark()),
+    let notes: String =
+        notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
+    page::fill(&[
+        ("title", page::escape(&comparison.title)),
+        ("kind", "comparison".to_owned()),
+        ("lead", String::new()),
         ("tables", tables),
         ("notes", notes),
-        ("figures", drawings),
-        ("made", made),
-    ];
-    fill(TEMPLATE, &parts.each_ref().map(|(name, text)| (*name, text.as_str())))
+        ("figures", page::drawings(drawn)),
+        ("made", page::made(&comparison.provenance, comparison.request.ensemble.seed)),
+    ])
 }
 
 fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
@@ -284,44 +259,21 @@ fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
     let mut rows = String::new();
     for row in cells {
         // A long label breaks between its keys.
-        let label = escape(&row[0]).replace('.', ".<wbr>");
-        let cells: String = row[1..].iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let label = page::escape(&row[0]).replace('.', ".<wbr>");
+        let cells: String = row[1..].iter().map(|cell| format!("<td>{}</td>", page::escape(cell))).collect();
         let cells = format!("<td>{label}</td>{cells}");
         let _ = writeln!(rows, "<tr>{cells}</tr>");
     }
-    format!(
-        "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
-    )
-}
-
-/// Style rules that give every colour of a plot its dark counterpart.
-fn dark() -> String {
-    let rule = |(light, dark): (plotters::style::RGBColor, &str)| {
-        let light = hex(light);
-        format!(
-            ".plot [fill=\"{light}\"] {{ fill: {dark} }} .plot [stroke=\"{light}\"] {{ stroke: {dark} }}\n"
-        )
-    };
-    DARK.into_iter().map(rule).collect()
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    page::table(&head, &rows)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::template::gaps;
 
     #[test]
     fn numbers_of_the_table_are_short() {
         assert_eq!([0.12345, 12.345, 1234.5, 1e-7].map(short), ["0.123", "12.3", "1234", "1.000e-7"]);
         assert_eq!([7.0, 1e-6, 1.25e-5, 120.0, 0.0].map(plain), ["7", "1e-6", "1.25e-5", "120", "0"]);
-    }
-
-    #[test]
-    fn every_gap_of_the_page_is_known() {
-        assert_eq!(gaps(TEMPLATE), ["title", "dark", "title", "tables", "notes", "figures", "made"]);
     }
 }

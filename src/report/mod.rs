@@ -1,10 +1,13 @@
 //! From numbers to files and tables.
 
 pub mod compare;
+pub mod cost;
 pub mod files;
+pub mod page;
 pub mod plots;
 pub mod replay;
 pub mod results;
+pub mod stress;
 pub mod table;
 
 mod template;

@@ -17,10 +17,10 @@ use crate::metrics::summary::Summary;
 use crate::run::Run;
 use crate::target::parts::ConvexPart;
 
-/// Writes all result files of `run` to the folder `out`.
+/// Writes all result files of `run` to the folder `out`, in place of those of an earlier run.
 ///
 /// # Errors
-/// The first file that cannot be written.
+/// The first file that cannot be written; an earlier run's are then as they were.
 pub fn write(
     out: &Path,
     case: &Case,
@@ -29,13 +29,15 @@ pub fn write(
     summary: &Summary,
 ) -> Result<(), WriteError> {
     files::make_folder(out)?;
-    files::write(&out.join("series.csv"), |file| series(file, run, curves))?;
-    files::write(&out.join("trajectory.npz"), |file| trajectory(file, case, run))?;
-    files::write(&out.join("replay.html"), |file| {
+    let mut files = files::Together::begin();
+    files.write(&out.join("series.csv"), |file| series(file, run, curves))?;
+    files.write(&out.join("trajectory.npz"), |file| trajectory(file, case, run))?;
+    files.write(&out.join("replay.html"), |file| {
         file.write_all(page(case, run, curves, summary).as_bytes())
     })?;
     // Last: a summary says that the rest is there.
-    json(&out.join("summary.json"), summary)
+    files.write(&out.join("summary.json"), |file| as_json(file, summary))?;
+    files.appear()
 }
 
 /// Writes `value` as JSON.
@@ -43,10 +45,12 @@ pub fn write(
 /// # Errors
 /// The file cannot be written.
 pub fn json(path: &Path, value: &impl serde::Serialize) -> Result<(), WriteError> {
-    files::write(path, |file| {
-        serde_json::to_writer_pretty(&mut *file, value).map_err(std::io::Error::from)?;
-        file.write_all(b"\n")
-    })
+    files::write(path, |file| as_json(file, value))
+}
+
+fn as_json(mut file: impl Write, value: &impl serde::Serialize) -> std::io::Result<()> {
+    serde_json::to_writer_pretty(&mut file, value)?;
+    file.write_all(b"\n")
 }
 
 /// A row a frame.

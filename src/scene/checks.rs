@@ -1,36 +1,34 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
+use nalgebra::Vector3;
+
 use super::schema::Scene;
-use crate::case;
+use crate::case::{self, Pace};
+use crate::closing::layouts::Layout;
 use crate::closing::trigger::Trigger;
+use crate::effects::chaser;
+use crate::limits::{Limit, Limits};
 use crate::metrics::summary::Summary;
-use crate::net::Net;
+use crate::net::{Net, spec};
 use crate::problems::Problems;
 use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
 use crate::target::Target;
 use crate::target::spec::Motion;
 
-/// Most steps of a run.
-pub const MAX_STEPS: f64 = 1e8;
-
-/// Most recorded knot positions of a run (24 bytes each).
-pub const MAX_RECORDED: f64 = 1e8;
+/// What a recorded frame takes beside its knots (ledger, target, readings), in knots.
+const FRAME_KNOTS: usize = 16;
 
 /// Largest turn of a target within a step [rad]; the engine clips rotation at 45 degrees a step.
 const MAX_TURN: f64 = 0.25 * std::f64::consts::PI;
 
 /// Checks time, output and expectations of a scene.
-pub fn check_scene(scene: &Scene, problems: &mut Problems) {
+pub fn check_scene(scene: &Scene, limits: &Limits, problems: &mut Problems) {
     let duration = scene.duration_s.0;
     let step = scene.solver.step_s.map_or(JOINTS_STEP.min(duration), |step| step.0);
     if step > duration {
         problems.add("solver.step_s", step, format!("at most duration_s, {duration}"));
-    } else if duration / step > MAX_STEPS {
-        problems.add(
-            "duration_s",
-            format!("{duration}, {:.3e} steps", duration / step),
-            format!("at most {MAX_STEPS:.0e} steps: shorten it or lengthen solver.step_s"),
-        );
+    } else {
+        check_steps(duration, step, limits, problems);
     }
     if scene.output.sample_s.0 > duration {
         problems.add("output.sample_s", scene.output.sample_s.0, format!("at most duration_s, {duration}"));
@@ -55,6 +53,7 @@ pub fn check_scene(scene: &Scene, problems: &mut Problems) {
             );
         }
     }
+    check_frame(scene, problems);
     if scene.effects.tug.is_some_and(|tug| tug.direction == [0.0; 3]) {
         problems.add("effects.tug.direction", "[0, 0, 0]", "a direction of any length but 0");
     }
@@ -67,6 +66,55 @@ pub fn check_scene(scene: &Scene, problems: &mut Problems) {
         if low > high {
             problems.add(&place, format!("[{low}, {high}]"), "a band [low, high] with low at most high");
         }
+    }
+}
+
+/// Checks the number of steps; a fault that is known already is not told again.
+fn check_steps(duration: f64, step: f64, limits: &Limits, problems: &mut Problems) {
+    let n_steps = duration / step;
+    if limits.exceeded(Limit::Steps, n_steps) && !problems.list.iter().any(|p| p.place == "duration_s") {
+        let found = format!("{duration}, {n_steps:.3e} steps of {step:.3e} s");
+        problems.add("duration_s", found, limits.allowed(Limit::Steps));
+    }
+}
+
+/// Whether a net has as few knots as it may, before it is built.
+pub fn check_knots(net: &spec::Net, limits: &Limits, problems: &mut Problems) -> bool {
+    let n_knots = net.n_knots();
+    let too_many = limits.exceeded(Limit::Knots, n_knots as f64);
+    if too_many {
+        let found = format!("a net of {n_knots} knots");
+        let allowed = format!("{}; use fewer meshes or middle knots", limits.allowed(Limit::Knots));
+        problems.add("net.meshes", found, allowed);
+    }
+    !too_many
+}
+
+/// Checks what says where the local frame is, and who shoots.
+fn check_frame(scene: &Scene, problems: &mut Problems) {
+    let effects = &scene.effects;
+    if effects.orbit.is_some() && effects.cabin.is_some() {
+        problems.add(
+            "effects.cabin",
+            "a cabin and an orbit",
+            "one of them: the local frame is fixed either in a cabin or on an orbit",
+        );
+    }
+    let Some(chaser) = &effects.chaser else { return };
+    let slowest = scene.launch.speed_m_s - chaser::CUT * chaser.speed_sigma_m_s;
+    if slowest < 0.0 {
+        problems.add(
+            "effects.chaser.speed_sigma_m_s",
+            format!("{} at launch.speed_m_s {}", chaser.speed_sigma_m_s, scene.launch.speed_m_s),
+            format!("at most 1/{} of the speed: deviations go that far", chaser::CUT),
+        );
+    }
+    if effects.closing.is_some_and(|closing| closing.layout == Layout::Cinch) {
+        problems.add(
+            "effects.closing.layout",
+            "\"cinch\", a tether to the chaser, with effects.chaser",
+            "another layout, or no effects.chaser: its body does not feel the tether yet",
+        );
     }
 }
 
@@ -97,8 +145,40 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
     }
 }
 
-/// Checks what net and target allow the solver, whose steps take `step` seconds.
-pub fn check_built(scene: &Scene, net: &Net, target: Option<&Target>, step: f64, problems: &mut Problems) {
+/// Checks that no knot starts inside the target: contact would push it out by force, with energy from
+/// nowhere.
+fn check_start(net: &Net, target: &Target, problems: &mut Problems) {
+    let inside = |knot: &&Vector3<f64>| {
+        let from_centre = **knot - target.position;
+        // Most knots are out of reach, and a net has many.
+        from_centre.norm() <= target.bounding_radius && {
+            let point = target.attitude.inverse_transform_vector(&from_centre);
+            target.parts.iter().any(|part| part.contains(&point))
+        }
+    };
+    let n_inside = net.folded.iter().filter(inside).count();
+    if n_inside > 0 {
+        problems.add(
+            "target.distance_m",
+            format!(
+                "{}, where {n_inside} knots of the folded net start inside the target",
+                target.position.x
+            ),
+            "a target clear of the folded net",
+        );
+    }
+}
+
+/// Checks what net and target allow the solver, which steps at `pace`.
+pub fn check_built(
+    scene: &Scene,
+    net: &Net,
+    target: Option<&Target>,
+    pace: Pace,
+    limits: &Limits,
+    problems: &mut Problems,
+) {
+    let step = pace.step;
     let stable = case::stable_step(scene, net, target);
     if let Some(given) = scene.solver.step_s.filter(|given| given.0 > stable) {
         problems.add(
@@ -108,14 +188,19 @@ pub fn check_built(scene: &Scene, net: &Net, target: Option<&Target>, step: f64,
         );
     }
     let n_frames = scene.duration_s.0 / scene.output.sample_s.0.max(step);
-    if n_frames * net.n_knots() as f64 > MAX_RECORDED {
+    let n_positions = n_frames * net.n_knots().max(FRAME_KNOTS) as f64;
+    if limits.exceeded(Limit::Positions, n_positions) {
         problems.add(
             "output.sample_s",
             format!("{}, {n_frames:.0} frames of {} knots", scene.output.sample_s.0, net.n_knots()),
-            format!("at most {MAX_RECORDED:.0e} recorded positions: sample less often"),
+            format!("{}: sample less often", limits.allowed(Limit::Positions)),
         );
     }
+    // The step that was chosen, where the scene leaves it out.
+    let substeps = if scene.solver.cables == CableModel::Explicit { pace.substeps } else { 1 };
+    check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     let Some(target) = target else { return };
+    check_start(net, target, problems);
     let turn = target.spin.norm() * step;
     if target.motion != Motion::Fixed && turn > MAX_TURN {
         problems.add(
@@ -127,9 +212,10 @@ pub fn check_built(scene: &Scene, net: &Net, target: Option<&Target>, step: f64,
             ),
         );
     }
-    // A knot past the middle of a part is pushed out on its far side.
-    let speed = scene.launch.speed_m_s + target.spin.norm() * target.bounding_radius;
-    if speed * step > 0.5 * target.thinnest {
+    check_clear(net, target, problems);
+    let speed = case::fastest(scene, Some(target));
+    // A hair above the limit is the rounding of a step that was chosen by it.
+    if step > case::thin_step(scene, Some(target)) * (1.0 + 1e-9) {
         problems.add(
             "solver.step_s",
             format!("{step}: at {speed:.3} m/s a knot moves {:.3e} m within it", speed * step),
@@ -138,6 +224,34 @@ pub fn check_built(scene: &Scene, net: &Net, target: Option<&Target>, step: f64,
                 0.5 * target.thinnest / speed,
                 target.thinnest
             ),
+        );
+    }
+}
+
+/// Deepest overlap of a knot with the target at the start, over its radius [-]: more is no touch. A
+/// response would push it out within a step, hence shoot it off.
+const MAX_OVERLAP: f64 = 0.01;
+
+/// Checks that the folded net is clear of the target.
+fn check_clear(net: &Net, target: &Target, problems: &mut Problems) {
+    let mut deepest: Option<(usize, usize, f64)> = None;
+    for (knot, (position, radius)) in net.folded.iter().zip(&net.radius).enumerate() {
+        let point = target.attitude.inverse_transform_vector(&(position - target.position));
+        if point.norm() > target.bounding_radius + radius {
+            continue;
+        }
+        for (index, part) in target.parts.iter().enumerate() {
+            let overlap = part.depth(&point) + radius;
+            if overlap > MAX_OVERLAP * radius && deepest.is_none_or(|(_, _, known)| overlap > known) {
+                deepest = Some((knot, index, overlap));
+            }
+        }
+    }
+    if let Some((knot, part, overlap)) = deepest {
+        problems.add(
+            "target.distance_m",
+            format!("knot {knot} of the folded net {overlap:.3e} m inside part {part} of the target"),
+            "a target clear of the folded net: farther away, or a smaller net.fold.ratio",
         );
     }
 }

@@ -11,12 +11,10 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::assets::Kind;
+use crate::limits::{Limit, Limits};
 use crate::problems::Problems;
 use crate::read;
 use schema::Scene;
-
-/// Largest scene file read [bytes].
-const MAX_BYTES: u64 = 64 << 20;
 
 /// The scene that runs when no other is named.
 pub const DEFAULT: &str = "cubesat-spin-x-2.0-tube";
@@ -32,6 +30,8 @@ pub struct Source {
     pub folder: Option<PathBuf>,
     /// Its JSON, before it is checked.
     pub json: Value,
+    /// How much it may ask for.
+    pub limits: Limits,
 }
 
 impl Source {
@@ -40,6 +40,14 @@ impl Source {
     /// # Errors
     /// Faults that name the input: no such file or name, unreadable, no JSON.
     pub fn find(scene: &str) -> Result<Source, Problems> {
+        Source::find_within(scene, Limits::default())
+    }
+
+    /// The same, with other limits.
+    ///
+    /// # Errors
+    /// As [`Source::find`].
+    pub fn find_within(scene: &str, limits: Limits) -> Result<Source, Problems> {
         let mut problems = Problems::new(scene);
         if let Some(text) = Kind::Scene.text(scene) {
             let json = read::parse(text, "", &mut problems);
@@ -48,15 +56,17 @@ impl Source {
                 input: scene.to_owned(),
                 folder: None,
                 json,
+                limits,
             });
             return problems.into_result(source);
         }
         let path = Path::new(scene);
-        let json = read_text(path, &mut problems).and_then(|text| read::parse(&text, "", &mut problems));
+        let json =
+            read_text(path, &limits, &mut problems).and_then(|text| read::parse(&text, "", &mut problems));
         let name =
             path.file_stem().map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned());
         let folder = path.parent().map(Path::to_path_buf);
-        problems.into_result(json.map(|json| Source { name, input: scene.to_owned(), folder, json }))
+        problems.into_result(json.map(|json| Source { name, input: scene.to_owned(), folder, json, limits }))
     }
 
     /// Changes values, each given as `path.to.key=value` or `path.0=value` for an entry of a list.
@@ -87,13 +97,13 @@ impl Source {
     }
 }
 
-fn read_text(path: &Path, problems: &mut Problems) -> Option<String> {
+fn read_text(path: &Path, limits: &Limits, problems: &mut Problems) -> Option<String> {
     let known = || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.choices());
     match std::fs::metadata(path) {
         Err(error) => problems.add("", format!("no readable file ({error})"), known()),
         Ok(meta) if !meta.is_file() => problems.add("", "no file", known()),
-        Ok(meta) if meta.len() > MAX_BYTES => {
-            problems.add("", format!("{} bytes", meta.len()), format!("at most {MAX_BYTES} bytes"));
+        Ok(meta) if limits.exceeded(Limit::Text, meta.len() as f64) => {
+            problems.add("", format!("{} bytes", meta.len()), limits.allowed(Limit::Text));
         }
         Ok(_) => match std::fs::read(path).map(String::from_utf8) {
             Ok(Ok(text)) => return Some(text),
@@ -144,7 +154,7 @@ mod tests {
 
     fn source() -> Source {
         let json = json!({ "net": { "meshes": [2, 3] }, "effects": { "friction": {} } });
-        Source { name: "t".into(), input: "t".into(), folder: None, json }
+        Source { name: "t".into(), input: "t".into(), folder: None, json, limits: Limits::default() }
     }
 
     #[test]

@@ -20,7 +20,6 @@ use serde::{Deserialize, Serialize};
 
 use super::ensemble::{self, Quartiles, Share, perturbed};
 use crate::case::Case;
-use crate::metrics::retention::{Retention, Trial};
 use crate::metrics::summary::Summary;
 use crate::provenance::Provenance;
 use crate::run::Run;
@@ -234,13 +233,14 @@ impl Compared {
 impl Outcome {
     fn of(case: &Case, members: &[Member], request: &Request) -> Option<Outcome> {
         let tracks: Vec<&Track> = tracks(members).map(|(_, track)| track).collect();
-        let verdicts: Vec<_> = tracks.iter().filter_map(|track| track.summary.capture).collect();
+        let summaries: Vec<&Summary> = tracks.iter().map(|track| &track.summary).collect();
+        let verdicts: Vec<_> = summaries.iter().filter_map(|summary| summary.capture).collect();
         let mut reasons = BTreeMap::new();
         for verdict in &verdicts {
             *reasons.entry(format!("{:?}", verdict.reason).to_lowercase()).or_insert(0) += 1;
         }
         let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-        for (name, value) in tracks.iter().flat_map(|track| track.summary.scalars()) {
+        for (name, value) in summaries.iter().flat_map(|summary| summary.scalars()) {
             values.entry(name).or_default().push(value);
         }
         let paths: Vec<&Path> = tracks.iter().map(|track| &track.path).collect();
@@ -255,8 +255,8 @@ impl Outcome {
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
             reasons,
-            held_turn: held(&tracks, |retention| retention.turn),
-            held_tug: held(&tracks, |retention| retention.tug),
+            held_turn: Share::held(&summaries, |retention| retention.turn),
+            held_tug: Share::held(&summaries, |retention| retention.tug),
             scalars: values.into_iter().map(|(name, values)| (name, Quartiles::of(values))).collect(),
             own: Separation::of(&pairs, request.trust_distance_m),
             against_base: None,
@@ -307,14 +307,6 @@ impl Against {
             separation,
         })
     }
-}
-
-/// Share of the runs that stood a trial, of those that were decided.
-fn held(tracks: &[&Track], trial: fn(Retention) -> Option<Trial>) -> Option<Share> {
-    let decided: Vec<bool> =
-        tracks.iter().filter_map(|track| trial(track.summary.retention?)?.held).collect();
-    let n_held = decided.iter().filter(|held| **held).count();
-    (!decided.is_empty()).then(|| Share::of(n_held, decided.len()))
 }
 
 fn tracks(members: &[Member]) -> impl Iterator<Item = (usize, &Track)> {

@@ -16,6 +16,7 @@ use statrs::statistics::{Data, OrderStatistics};
 
 use crate::case::Case;
 use crate::metrics::capture::Curves;
+use crate::metrics::retention::{Retention, Trial};
 use crate::metrics::summary::Summary;
 use crate::run::Run;
 
@@ -56,10 +57,10 @@ pub struct Quartiles {
     pub count: usize,
 }
 
-/// Share captured, with its Clopper–Pearson interval.
+/// Share captured or held, with its Clopper–Pearson interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Share {
-    /// Members captured.
+    /// Members captured, or that held.
     pub captured: usize,
     /// Members with a verdict.
     pub of: usize,
@@ -83,6 +84,12 @@ pub struct Ensemble {
     pub captured: Option<Share>,
     /// How often each reason was given.
     pub reasons: BTreeMap<String, usize>,
+    /// Share that held the target over one period of its tumbling, of those decided (`retention.turn`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_turn: Option<Share>,
+    /// Share that held the target while it was tugged at, of those decided (`retention.tug`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_tug: Option<Share>,
     /// Members that failed, and why.
     pub failures: BTreeMap<usize, String>,
     /// Quartiles of every number of the summaries.
@@ -148,6 +155,8 @@ impl Ensemble {
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
             reasons,
+            held_turn: Share::held(&summaries, |retention| retention.turn),
+            held_tug: Share::held(&summaries, |retention| retention.tug),
             failures: members
                 .iter()
                 .filter_map(|m| Some((m.member, m.outcome.as_ref().err()?.clone())))
@@ -166,6 +175,14 @@ impl Share {
         let low = bound(k, n - k + 1.0, 0.025).unwrap_or(0.0);
         let high = bound(k + 1.0, n - k, 0.975).unwrap_or(1.0);
         Share { captured, of, share: k / n, interval_95: [low, high] }
+    }
+
+    /// Share of the runs that stood a trial, of those that were decided; nothing when none was.
+    pub fn held(summaries: &[&Summary], trial: fn(Retention) -> Option<Trial>) -> Option<Share> {
+        let decided: Vec<bool> =
+            summaries.iter().filter_map(|summary| trial(summary.retention?)?.held).collect();
+        let n_held = decided.iter().filter(|held| **held).count();
+        (!decided.is_empty()).then(|| Share::of(n_held, decided.len()))
     }
 }
 

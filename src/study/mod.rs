@@ -1,4 +1,6 @@
 //! Many runs: a study is a function from cases to summaries.
 
 pub mod compare;
+pub mod cost;
 pub mod ensemble;
+pub mod stress;

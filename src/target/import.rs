@@ -20,14 +20,13 @@ use nalgebra::Vector3;
 use parry3d::math::Vector as ParryVector;
 use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
 
+use super::files::Files;
 use super::moments::Moments;
 use super::parts::{Primitive, from_parry, to_parry};
-use super::{files, spec};
+use super::spec;
 use crate::geometry::Hull;
+use crate::limits::Limit;
 use crate::problems::Problems;
-
-/// Most triangles of a surface: as many take 1.3 s to read and split, and a net sees no difference.
-const MAX_TRIANGLES: usize = 200_000;
 
 /// Share of the hull's volume that may be missing from a surface that counts as convex, and share
 /// of it at which the decomposition stops. 0.03 splits an L into its two bars and a ring into 7
@@ -67,7 +66,7 @@ pub enum MeshFault {
     #[error("no triangles")]
     Empty,
     /// Too much in it.
-    #[error("more than {MAX_TRIANGLES} triangles")]
+    #[error("too many triangles or vertices")]
     TooMany,
     /// A coordinate that is no finite number.
     #[error("vertex {0}, which is not finite")]
@@ -116,36 +115,33 @@ impl Surface {
 }
 
 /// Reads the file that a mesh part names.
-pub fn load(
-    mesh: &spec::MeshFile,
-    folder: Option<&Path>,
-    place: &str,
-    problems: &mut Problems,
-) -> Option<Mesh> {
+pub fn load(mesh: &spec::MeshFile, files: &Files<'_>, place: &str, problems: &mut Problems) -> Option<Mesh> {
     let place = crate::read::join(place, "file");
-    let (bytes, path) = files::read(&mesh.file, folder, &place, problems)?;
+    let (bytes, path) = files.read(&mesh.file, Limit::Mesh, &place, problems)?;
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match from_bytes(bytes, &extension, mesh.unit_m.0) {
+    let most = usize::try_from(files.limits.of(Limit::Triangles)).unwrap_or(usize::MAX);
+    match from_bytes(bytes, &extension, mesh.unit_m.0, most) {
         Ok(mesh) => Some(mesh),
         Err(fault) => {
-            let allowed =
-                format!("an .obj or .stl file with a closed surface of at most {MAX_TRIANGLES} triangles");
+            let most = files.limits.allowed(Limit::Triangles);
+            let allowed = format!("an .obj or .stl file with a closed surface of {most}");
             problems.add(place, format!("{:?} with {fault}", mesh.file), allowed);
             None
         }
     }
 }
 
-fn from_bytes(bytes: Vec<u8>, extension: &str, unit: f64) -> Result<Mesh, MeshFault> {
+/// `most` is the largest number of triangles.
+fn from_bytes(bytes: Vec<u8>, extension: &str, unit: f64, most: usize) -> Result<Mesh, MeshFault> {
     let (corners, triangles) = match extension {
-        "obj" => read_obj(&bytes)?,
-        "stl" => read_stl(bytes)?,
+        "obj" => read_obj(&bytes, most)?,
+        "stl" => read_stl(bytes, most)?,
         _ => return Err(MeshFault::Extension),
     };
     if triangles.is_empty() {
         return Err(MeshFault::Empty);
     }
-    if triangles.len() > MAX_TRIANGLES {
+    if triangles.len() > most {
         return Err(MeshFault::TooMany);
     }
     let mut surface = weld(&corners, &triangles, unit)?;
@@ -156,23 +152,35 @@ fn from_bytes(bytes: Vec<u8>, extension: &str, unit: f64) -> Result<Mesh, MeshFa
 type Corners = Vec<[f32; 3]>;
 type Triangles = Vec<[u32; 3]>;
 
-fn read_obj(bytes: &[u8]) -> Result<(Corners, Triangles), MeshFault> {
+fn read_obj(bytes: &[u8], most: usize) -> Result<(Corners, Triangles), MeshFault> {
     // Only vertices and faces go to the reader: names and materials mean nothing here, texture
     // coordinates and normals neither, and their indices can overflow inside it.
     let text = String::from_utf8_lossy(bytes);
     let mut geometry = String::with_capacity(text.len());
+    // Counted here, for the reader takes a hundred bytes a face. No surface has more vertices than
+    // the corners of its triangles.
+    let (mut n_vertices, mut n_triangles) = (0_usize, 0_usize);
     for line in text.lines() {
         let mut words = line.split_whitespace();
         match words.next() {
-            Some("v") => geometry.push_str(line),
+            Some("v") => {
+                n_vertices += 1;
+                geometry.push_str(line);
+            }
             Some("f") => {
                 geometry.push('f');
+                let mut n_corners = 0_usize;
                 for word in words {
                     geometry.push(' ');
                     geometry.push_str(word.split('/').next().unwrap_or_default());
+                    n_corners += 1;
                 }
+                n_triangles += n_corners.saturating_sub(2).max(1);
             }
             _ => continue,
+        }
+        if n_triangles > most || n_vertices > most.saturating_mul(3) {
+            return Err(MeshFault::TooMany);
         }
         geometry.push('\n');
     }
@@ -192,7 +200,7 @@ fn read_obj(bytes: &[u8]) -> Result<(Corners, Triangles), MeshFault> {
     Ok((corners.to_vec(), triangles.to_vec()))
 }
 
-fn read_stl(mut bytes: Vec<u8>) -> Result<(Corners, Triangles), MeshFault> {
+fn read_stl(mut bytes: Vec<u8>, most: usize) -> Result<(Corners, Triangles), MeshFault> {
     const HEADER: usize = 80;
     const PER_TRIANGLE: usize = 50;
     // Some writers begin a binary file with "solid", the mark of a text file. The length tells them
@@ -206,7 +214,7 @@ fn read_stl(mut bytes: Vec<u8>) -> Result<(Corners, Triangles), MeshFault> {
     let garbage = |error: std::io::Error| MeshFault::Garbage(error.to_string());
     let mut source = Cursor::new(bytes);
     // One by one, for a lying count must not reserve memory. One triangle past the limit tells.
-    let triangles = stl_io::create_stl_reader(&mut source).map_err(garbage)?.take(MAX_TRIANGLES + 1);
+    let triangles = stl_io::create_stl_reader(&mut source).map_err(garbage)?.take(most.saturating_add(1));
     let mut corners = Vec::new();
     for triangle in triangles {
         corners.extend(triangle.map_err(garbage)?.vertices.map(|vertex| vertex.0));
@@ -345,6 +353,8 @@ mod tests {
     use rand::{Rng, RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    const MOST: usize = 200_000;
+
     /// Prism over a counter-clockwise outline in the xz plane, from y = 0 to `height`, as corners
     /// and as the triangles of a fan from the first corner.
     fn prism(outline: &[(f32, f32)], height: f32) -> (Corners, Triangles) {
@@ -408,7 +418,7 @@ mod tests {
     }
 
     fn fault(bytes: &[u8], extension: &str) -> MeshFault {
-        from_bytes(bytes.to_vec(), extension, 1.0).unwrap_err()
+        from_bytes(bytes.to_vec(), extension, 1.0, MOST).unwrap_err()
     }
 
     #[test]
@@ -420,7 +430,7 @@ mod tests {
         for (bytes, extension) in
             [(obj(&cuboid), "obj"), (ascii_stl(&cuboid), "stl"), (stl(&cuboid), "stl"), (marked, "stl")]
         {
-            let mesh = from_bytes(bytes, extension, 0.1).unwrap();
+            let mesh = from_bytes(bytes, extension, 0.1, MOST).unwrap();
             assert_eq!(mesh.pieces.len(), 1, "a convex surface stays whole");
             for moments in [mesh.moments, mesh.pieces[0].moments()] {
                 assert!((moments.volume / primitive.volume - 1.0).abs() < 1e-12);
@@ -434,7 +444,7 @@ mod tests {
     fn a_surface_inside_out_is_turned() {
         let (corners, mut triangles) = cuboid();
         triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
-        let mesh = from_bytes(obj(&(corners, triangles)), "obj", 1.0).unwrap();
+        let mesh = from_bytes(obj(&(corners, triangles)), "obj", 1.0, MOST).unwrap();
         assert!((mesh.moments.volume - 6.0).abs() < 1e-12);
         assert!(mesh.moments.inertia.symmetric_eigenvalues().min() > 0.0);
     }
@@ -443,13 +453,13 @@ mod tests {
     fn quads_and_relative_indices_of_obj() {
         let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                     f 4 3 2 1\nf -4 -3 -2 -1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-        let mesh = from_bytes(text.as_bytes().to_vec(), "obj", 2.0).unwrap();
+        let mesh = from_bytes(text.as_bytes().to_vec(), "obj", 2.0, MOST).unwrap();
         assert!((mesh.moments.volume - 8.0).abs() < 1e-12);
     }
 
     #[test]
     fn an_l_shape_keeps_its_volume_and_its_notch() {
-        let mesh = from_bytes(obj(&l_shape()), "obj", 1.0).unwrap();
+        let mesh = from_bytes(obj(&l_shape()), "obj", 1.0, MOST).unwrap();
         // The moments are those of the surface: two bars.
         assert!((mesh.moments.volume - 5.0).abs() < 1e-12);
         let centroid = Vector3::new(5.5 / 5.0, 0.5, 5.5 / 5.0);
@@ -462,7 +472,7 @@ mod tests {
             |x: f64, z: f64| mesh.pieces.iter().any(|piece| piece.contains(&Vector3::new(x, 0.5, z)));
         assert!(inside(0.5, 0.5) && inside(2.9, 0.5) && inside(0.5, 2.9));
         assert!(!inside(1.2, 1.2) && !inside(2.5, 1.2) && !inside(1.2, 2.5), "the notch is open");
-        let again = from_bytes(obj(&l_shape()), "obj", 1.0).unwrap();
+        let again = from_bytes(obj(&l_shape()), "obj", 1.0, MOST).unwrap();
         assert_eq!(format!("{:?}", mesh.pieces), format!("{:?}", again.pieces), "the same bits");
     }
 
@@ -474,7 +484,7 @@ mod tests {
         let shift = inner.len() as u32;
         let inward: Vec<_> = triangles.iter().map(|t| [t[1] + shift, t[0] + shift, t[2] + shift]).collect();
         triangles.extend(inward);
-        let mesh = from_bytes(stl(&(corners, triangles)), "stl", 1.0).unwrap();
+        let mesh = from_bytes(stl(&(corners, triangles)), "stl", 1.0, MOST).unwrap();
         let full = Primitive::Cuboid { half: [0.5, 1.0, 1.5] }.moments().inertia;
         let hole = Primitive::Cuboid { half: [0.25, 0.5, 0.75] }.moments().inertia;
         assert!((mesh.moments.volume - 6.0 * 7.0 / 8.0).abs() < 1e-12);
@@ -508,14 +518,14 @@ mod tests {
         twice.0.extend(corners.iter().map(|corner| corner.map(|x| 0.999 * x + 0.0005)));
         twice.1.extend(triangles.iter().map(|triangle| triangle.map(|i| i + 8)));
         assert!(matches!(fault(&stl(&twice), "stl"), MeshFault::Overlaps { .. }));
-        let huge = from_bytes(stl(&(corners, triangles)), "stl", 1e300);
+        let huge = from_bytes(stl(&(corners, triangles)), "stl", 1e300, MOST);
         assert!(huge.is_err());
     }
 
     #[test]
     fn too_many_triangles_and_a_lying_count() {
         let cuboid = cuboid();
-        let many = (cuboid.0.clone(), cuboid.1.iter().copied().cycle().take(MAX_TRIANGLES + 1).collect());
+        let many = (cuboid.0.clone(), cuboid.1.iter().copied().cycle().take(MOST + 1).collect());
         assert_eq!(fault(&stl(&many), "stl"), MeshFault::TooMany);
         assert_eq!(fault(&obj(&many), "obj"), MeshFault::TooMany);
         let mut lying = stl(&cuboid);
@@ -542,7 +552,7 @@ mod tests {
 
     #[test]
     fn a_fine_ring_keeps_its_hole_in_few_simple_parts() {
-        let mesh = from_bytes(obj(&ring(80)), "obj", 1.0).unwrap();
+        let mesh = from_bytes(obj(&ring(80)), "obj", 1.0, MOST).unwrap();
         let exact = 2.0 * std::f64::consts::PI.powi(2) * 0.09;
         assert!((mesh.moments.volume / exact - 1.0).abs() < 0.003);
         let volume: f64 = mesh.pieces.iter().map(Primitive::volume).sum();
@@ -565,7 +575,7 @@ mod tests {
         {
             let (mut corners, triangles) = l_shape();
             corners.iter_mut().flatten().zip(scale.iter().cycle()).for_each(|(x, scale)| *x *= scale);
-            let mesh = from_bytes(obj(&(corners, triangles)), "obj", 1.0).unwrap();
+            let mesh = from_bytes(obj(&(corners, triangles)), "obj", 1.0, MOST).unwrap();
             let volume = 5.0 * f64::from(scale.iter().product::<f32>());
             assert!((mesh.moments.volume / volume - 1.0).abs() < 1e-5, "{scale:?}");
             let in_pieces: f64 = mesh.pieces.iter().map(Primitive::volume).sum();
@@ -595,7 +605,7 @@ mod tests {
                 }
             }
             // Some mutants are still meshes; whatever comes out has volume.
-            if let Ok(mesh) = from_bytes(bytes, extension, 1.0) {
+            if let Ok(mesh) = from_bytes(bytes, extension, 1.0, MOST) {
                 assert!(mesh.moments.volume > 0.0 && !mesh.pieces.is_empty());
             }
         }

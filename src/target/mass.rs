@@ -5,7 +5,7 @@
 //!
 //! m = Σ mᵢ,  r = Σ mᵢ rᵢ / m,  I = Σ (mᵢ / Vᵢ Jᵢ + mᵢ (|dᵢ|² 1 − dᵢ dᵢᵀ)),  dᵢ = rᵢ − r
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::moments::parallel_axis;
 use super::parts::Solid;
@@ -116,17 +116,4 @@ pub fn check_inertia(
     };
     problems.add(place, found, rule);
     None
-}
-
-/// Principal moments [kg m^2], and the rotation to the body frame from the frame of their axes.
-///
-/// The engine can find these itself, but errs for two alike: of a plate whose greatest moment comes
-/// first, 0.0427, 0.0217 and 0.0217 kg m^2, it swaps the first two (parry 0.31).
-pub fn principal_axes(inertia: &Matrix3<f64>) -> (Vector3<f64>, UnitQuaternion<f64>) {
-    let mut eigen = inertia.symmetric_eigen();
-    if eigen.eigenvectors.determinant() < 0.0 {
-        eigen.eigenvectors.column_mut(0).neg_mut(); // a mirror is no rotation
-    }
-    let frame = Rotation3::from_matrix_unchecked(eigen.eigenvectors);
-    (eigen.eigenvalues, UnitQuaternion::from_rotation_matrix(&frame))
 }

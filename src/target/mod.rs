@@ -6,7 +6,7 @@
 
 pub mod files;
 pub mod import;
-pub mod mass;
+mod mass;
 pub mod moments;
 pub mod motion;
 pub mod parts;
@@ -14,13 +14,13 @@ pub mod samples;
 pub mod shape;
 pub mod spec;
 
-use std::path::Path;
-
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::geometry::Hull;
+use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::read::join;
+use files::Files;
 use parts::{ConvexPart, Solid};
 pub use spec::Motion;
 
@@ -57,18 +57,18 @@ pub struct Target {
 }
 
 impl Target {
-    /// Checks the target that stands at `place`. `folder` is that of the scene, if it is a file.
+    /// Checks the target that stands at `place`; `files` are those that the scene may name.
     ///
     /// `None` when anything is wrong; then `problems` has got the faults.
     pub fn build(
         spec: &spec::Target,
-        folder: Option<&Path>,
+        files: &Files<'_>,
         place: &str,
         problems: &mut Problems,
     ) -> Option<Target> {
         let faults = problems.list.len();
         check_start(spec, place, problems);
-        let found = shape::find(&spec.shape, folder, &join(place, "shape"), problems)?;
+        let found = shape::find(&spec.shape, files, &join(place, "shape"), problems)?;
         let solids = solids(&found, problems)?;
         let total = spec.mass_kg.map(|mass| mass.0);
         let masses = mass::share(&solids, total, spec.motion, place, problems)?;
@@ -133,10 +133,13 @@ fn solids(found: &shape::Found<'_>, problems: &mut Problems) -> Option<Vec<Solid
     if found.shape.parts.is_empty() {
         problems.add(&parts, "no parts", "at least 1 entries");
     }
+    let n_parts = found.shape.parts.len();
+    if found.files.limits.exceeded(Limit::Parts, n_parts as f64) {
+        problems.add(&parts, format!("{n_parts} parts"), found.files.limits.allowed(Limit::Parts));
+        return None;
+    }
     let solids: Vec<Solid> = (found.shape.parts.iter().enumerate())
-        .filter_map(|(i, part)| {
-            Solid::from_spec(part, found.folder.as_deref(), &format!("{parts}[{i}]"), problems)
-        })
+        .filter_map(|(i, part)| Solid::from_spec(part, &found.files, &format!("{parts}[{i}]"), problems))
         .collect();
     (problems.list.len() == faults).then_some(solids)
 }
@@ -166,14 +169,17 @@ fn longest_side(parts: &[ConvexPart]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use serde_json::{Value, json};
     use std::f64::consts::PI;
+    use std::path::Path;
 
     /// Reads and builds a target; the faults when there are any.
     fn build(target: Value, folder: Option<&Path>) -> Result<Target, Vec<String>> {
         let mut problems = Problems::new("test");
-        let built = crate::read::typed::<spec::Target>(&target, "target", &mut problems)
-            .and_then(|spec| Target::build(&spec, folder, "target", &mut problems));
+        let built = crate::read::typed::<spec::Target>(&target, "target", &mut problems).and_then(|spec| {
+            Target::build(&spec, &Files::of(folder, &Limits::default()), "target", &mut problems)
+        });
         let faults: Vec<_> =
             problems.list.iter().map(|p| format!("{}: {}; {}", p.place, p.found, p.allowed)).collect();
         assert_eq!(built.is_none(), !faults.is_empty(), "{faults:#?}");
@@ -376,14 +382,16 @@ mod tests {
         spec.distance_m = f64::NAN;
         spec.spin_rad_s[1] = f64::INFINITY;
         let mut problems = Problems::new("test");
-        assert!(Target::build(&spec, None, "target", &mut problems).is_none());
+        assert!(
+            Target::build(&spec, &Files::of(None, &Limits::default()), "target", &mut problems).is_none()
+        );
         assert_eq!(problems.list.len(), 2, "{problems}");
         spec.distance_m = 1.0;
         spec.spin_rad_s[1] = 0.0;
         for mass in [f64::NAN, f64::INFINITY, 1e308, -1.0] {
             spec.mass_kg = Some(crate::quantity::Positive(mass));
             let mut problems = Problems::new("test");
-            let built = Target::build(&spec, None, "target", &mut problems);
+            let built = Target::build(&spec, &Files::of(None, &Limits::default()), "target", &mut problems);
             assert!(built.is_none_or(|target| target.inertia.trace().is_normal()), "{mass}");
         }
     }
@@ -404,9 +412,12 @@ mod tests {
         let no_file = build(named("folder.json"), Some(folder.path())).unwrap_err().remove(0);
         assert!(no_file.contains("not a plain file"), "{no_file}");
         let long = std::fs::File::create(folder.path().join("long.json")).unwrap();
-        long.set_len((64 << 20) + 1).unwrap();
+        long.set_len((8 << 20) + 1).unwrap();
         let too_long = build(named("long.json"), Some(folder.path())).unwrap_err().remove(0);
-        assert_eq!(too_long, "target.shape: \"long.json\", longer than 64 MiB; a file of at most 64 MiB");
+        assert_eq!(
+            too_long,
+            "target.shape: \"long.json\", longer than that; at most 8388608 bytes of JSON (--limit text=N raises it)"
+        );
     }
 
     #[test]

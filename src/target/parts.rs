@@ -4,16 +4,17 @@
 //! its pose takes that frame to the frame of the shape or, in a finished target, of the body.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use parry3d::mass_properties::MassProperties;
 use parry3d::math::Vector as ParryVector;
 use parry3d::shape::SharedShape;
 
+use super::files::Files;
 use super::moments::Moments;
 use super::{import, spec};
 use crate::geometry::Hull;
+use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::read::join;
 
@@ -183,17 +184,32 @@ impl Primitive {
 
     /// Whether `point` is inside.
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
-        let off_axis = point.x.hypot(point.z);
         match self {
-            Primitive::Cuboid { half } => (0..3).all(|i| point[i].abs() <= half[i]),
+            Primitive::Convex { hull, .. } => hull.contains(point),
+            _ => self.depth(point) >= 0.0,
+        }
+    }
+
+    /// How deep `point` is inside: the distance to the surface, negative outside [m].
+    pub fn depth(&self, point: &Vector3<f64>) -> f64 {
+        let off_axis = point.x.hypot(point.z);
+        // Of what lies along several axes at once: the least inside, the distance of the corner outside.
+        let least = |inside: &[f64]| {
+            let outside: f64 = inside.iter().map(|d| d.min(0.0).powi(2)).sum();
+            if outside > 0.0 { -outside.sqrt() } else { inside.iter().copied().fold(f64::MAX, f64::min) }
+        };
+        match self {
+            Primitive::Cuboid { half } => {
+                least(&[half[0] - point.x.abs(), half[1] - point.y.abs(), half[2] - point.z.abs()])
+            }
             Primitive::Cylinder { radius, half_length } => {
-                off_axis <= *radius && point.y.abs() <= *half_length
+                least(&[radius - off_axis, half_length - point.y.abs()])
             }
             Primitive::Capsule { radius, half_length } => {
-                off_axis.hypot((point.y.abs() - half_length).max(0.0)) <= *radius
+                radius - off_axis.hypot((point.y.abs() - half_length).max(0.0))
             }
-            Primitive::Ball { radius } => point.norm() <= *radius,
-            Primitive::Convex { hull } => hull.contains(point),
+            Primitive::Ball { radius } => radius - point.norm(),
+            Primitive::Convex { hull } => hull.depth(point),
         }
     }
 
@@ -247,6 +263,11 @@ impl ConvexPart {
         self.primitive.contains(&self.to_part(point))
     }
 
+    /// How deep a point of the body frame is inside (see [`Primitive::depth`]) [m].
+    pub fn depth(&self, point: &Vector3<f64>) -> f64 {
+        self.primitive.depth(&self.to_part(point))
+    }
+
     /// Points of the part, in the body frame, that make the hull of the whole target.
     pub fn hull_points(&self) -> impl Iterator<Item = Vector3<f64>> {
         self.primitive.hull_points().into_iter().map(|point| self.to_body(&point))
@@ -273,11 +294,11 @@ impl ConvexPart {
 }
 
 impl Solid {
-    /// Makes a part as written, found at `place`, into a solid. `folder` is that of the file the
-    /// part stands in, if it stands in one.
+    /// Makes a part as written, found at `place`, into a solid. `files` are those that its
+    /// file may name.
     pub fn from_spec(
         part: &spec::Part,
-        folder: Option<&Path>,
+        files: &Files<'_>,
         place: &str,
         problems: &mut Problems,
     ) -> Option<Solid> {
@@ -290,10 +311,15 @@ impl Solid {
         let place = join(place, form);
         let (primitives, moments) = match &part.mesh {
             Some(mesh) => {
-                let mesh = import::load(mesh, folder, &place, problems)?;
+                let mesh = import::load(mesh, files, &place, problems)?;
                 (mesh.pieces, mesh.moments)
             }
             None => {
+                let n_points = part.convex.as_ref().map_or(0, |convex| convex.points_m.len());
+                if files.limits.exceeded(Limit::Points, n_points as f64) {
+                    problems.add(place, format!("{n_points} points"), files.limits.allowed(Limit::Points));
+                    return None;
+                }
                 let Some(primitive) = primitive(part) else {
                     problems.add(
                         place,

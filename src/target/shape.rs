@@ -1,11 +1,11 @@
 //! Finding the shape that a scene names: built in, in a file, or in the scene itself.
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
 
-use super::files;
+use super::files::Files;
 use super::spec::{Shape, ShapeChoice};
 use crate::assets::Kind;
+use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::read;
 
@@ -14,37 +14,39 @@ use crate::read;
 pub struct Found<'a> {
     /// The shape.
     pub shape: Cow<'a, Shape>,
-    /// Folder of the file it stands in; none for one that is built in.
-    pub folder: Option<PathBuf>,
+    /// The files that it may name.
+    pub files: Files<'a>,
     /// Place that its faults are named with, `target.shape(envisat.json)` say.
     pub place: String,
 }
 
-/// Finds the shape of a target. A name that ends in `.json` is a file relative to `folder`, the
-/// folder of the scene; any other is built in.
+/// Finds the shape of a target. A name that ends in `.json` is a file; any other is built in.
 pub fn find<'a>(
     choice: &'a ShapeChoice,
-    folder: Option<&Path>,
+    files: &Files<'a>,
     place: &str,
     problems: &mut Problems,
 ) -> Option<Found<'a>> {
     let name = match choice {
         ShapeChoice::Inline(shape) => {
-            let folder = folder.map(Path::to_path_buf);
-            return Some(Found { shape: Cow::Borrowed(shape), folder, place: place.to_owned() });
+            return Some(Found {
+                shape: Cow::Borrowed(shape),
+                files: files.clone(),
+                place: place.to_owned(),
+            });
         }
         ShapeChoice::Named(name) => name,
     };
     let inner_place = format!("{place}({name})");
-    let (text, folder) = if name.ends_with(".json") {
-        let (bytes, path) = files::read(name, folder, place, problems)?;
+    let (text, files) = if name.ends_with(".json") {
+        let (bytes, path) = files.read(name, Limit::Text, place, problems)?;
         let Ok(text) = String::from_utf8(bytes) else {
             problems.add(place, format!("{name:?}, which is no text"), "a JSON file");
             return None;
         };
-        (Cow::Owned(text), path.parent().map(Path::to_path_buf))
+        (Cow::Owned(text), files.named_by(Some(&path)))
     } else if let Some(text) = Kind::Shape.text(name) {
-        (Cow::Borrowed(text), None)
+        (Cow::Borrowed(text), files.named_by(None))
     } else {
         let allowed = format!("{}, the path of a .json file, or a shape", Kind::Shape.choices());
         problems.add(place, format!("{name:?}"), allowed);
@@ -52,5 +54,5 @@ pub fn find<'a>(
     };
     let value = read::parse(&text, &inner_place, problems)?;
     let shape = read::typed(&value, &inner_place, problems)?;
-    Some(Found { shape: Cow::Owned(shape), folder, place: inner_place })
+    Some(Found { shape: Cow::Owned(shape), files, place: inner_place })
 }

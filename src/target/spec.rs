@@ -65,7 +65,7 @@ pub struct Shape {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     /// The parts, placed relative to one another.
-    #[schemars(length(min = 1, max = 10000))]
+    #[schemars(length(min = 1))]
     pub parts: Vec<Part>,
     /// Inertia about the centre of mass in the body frame [kg m^2]; absent: from the parts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -131,7 +131,7 @@ pub struct Ball {
 #[serde(deny_unknown_fields)]
 pub struct Convex {
     /// The points [m].
-    #[schemars(length(min = 4, max = 100000))]
+    #[schemars(length(min = 4))]
     pub points_m: Vec<[f64; 3]>,
 }
 

@@ -23,10 +23,9 @@ use crate::friction::Law;
 use crate::net::Net;
 use crate::state::{Body, Contact, Knots, Loads, State};
 use crate::target::Target;
-use crate::target::mass::principal_axes;
 use crate::target::spec::Motion;
 use crate::world::{Census, Setup};
-use convert::{engines, engines_pose, engines_pose_of, engines_rotation, number, our_rotation, ours, real};
+use convert::{engines, engines_mass, engines_pose, engines_pose_of, number, our_rotation, ours, real};
 use rapier::prelude::{
     ActiveHooks, Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group,
     ImpulseJointHandle, InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes,
@@ -143,6 +142,16 @@ impl World {
         own.set_angvel(engines(&body.rate), false);
     }
 
+    pub fn write(&mut self, state: &State) {
+        for knot in 0..self.knots.len() {
+            self.set_position(knot, &state.knots.position[knot]);
+            self.set_velocity(knot, &state.knots.velocity[knot]);
+        }
+        if let Some(body) = &state.target {
+            self.set_target(body);
+        }
+    }
+
     pub fn write_velocities(&mut self, state: &State) {
         for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
             self.physics.bodies[handle].set_linvel(engines(velocity), false);
@@ -154,16 +163,6 @@ impl World {
                 own.set_linvel(engines(&body.velocity), false);
                 own.set_angvel(engines(&body.rate), false);
             }
-        }
-    }
-
-    pub fn write(&mut self, state: &State) {
-        for knot in 0..self.knots.len() {
-            self.set_position(knot, &state.knots.position[knot]);
-            self.set_velocity(knot, &state.knots.velocity[knot]);
-        }
-        if let Some(body) = &state.target {
-            self.set_target(body);
         }
     }
 
@@ -200,8 +199,9 @@ impl World {
         state.knots.apart_from(body, target.bounding_radius + target.reach)
     }
 
-    pub fn advance(&mut self, state: &mut State, sweeps: u32) {
+    pub fn advance(&mut self, state: &mut State, step: f64, sweeps: u32) {
         self.watch(state);
+        self.physics.integration_parameters.dt = real(step);
         self.physics.integration_parameters.num_internal_pgs_iterations = sweeps as usize;
         match &self.sliding {
             Some(sliding) => self.physics.step_with_events(sliding, &()),
@@ -286,7 +286,6 @@ fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: 
                 contacts.push(Contact {
                     knot: knot.user_data as usize,
                     part: part.user_data as usize,
-                    point: ours(first.position() * point.local_p1),
                     normal: ours(normal),
                     gap: number(point.dist),
                     impulse: number(point.data.impulse),
@@ -314,19 +313,13 @@ fn insert_target(
         Motion::Spinning => RigidBodyType::KinematicVelocityBased,
     };
     let spin = if target.motion == Motion::Fixed { Vector3::zeros() } else { target.attitude * target.spin };
-    let (moments, axes) = principal_axes(&target.inertia);
     let body = physics.bodies.insert(
         RigidBodyBuilder::new(kind)
             .pose(engines_pose_of(&target.position, &target.attitude))
             .angvel(engines(&spin))
             // Without the gyroscopic term a body tumbling about its middle axis never flips.
             .gyroscopic_forces_enabled(true)
-            .additional_mass_properties(MassProperties::with_principal_inertia_frame(
-                Vector::ZERO,
-                real(target.mass),
-                engines(&moments),
-                engines_rotation(&axes),
-            ))
+            .additional_mass_properties(engines_mass(target.mass, &target.inertia))
             .can_sleep(false),
     );
     let (parts, touching) = match setup.has_contacts {
@@ -359,7 +352,8 @@ fn contact_collider(
 ) -> Collider {
     builder
         .density(0.0)
-        .restitution(real(setup.restitution))
+        // Restitution is ours: see `contact::rapier`.
+        .restitution(0.0)
         .friction(real(setup.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY))))
         .active_hooks(match setup.friction {
             Some(Law::Hollars { .. }) => ActiveHooks::MODIFY_SOLVER_CONTACTS,

@@ -13,6 +13,7 @@
 //! 300 s, against 2e-8 (`tests/precision.rs`).
 
 mod double;
+pub mod parts;
 mod single;
 pub mod sweeps;
 
@@ -33,8 +34,6 @@ pub struct Setup {
     pub step: f64,
     /// Sub-steps of the engine within a step.
     pub substeps: u32,
-    /// Coefficient of restitution of contacts [-].
-    pub restitution: f64,
     /// Friction of contacts, where there is any.
     pub friction: Option<Law>,
     /// Whether the engine finds and answers contacts.
@@ -135,10 +134,10 @@ impl World {
         either!(Engine, &self.0, engine => engine.apart(state))
     }
 
-    /// One step of the engine from `state`, with `sweeps` sweeps over all rows in each sub-step;
-    /// knots and target are then read back.
-    pub fn advance(&mut self, state: &mut State, sweeps: u32) {
-        either!(Engine, &mut self.0, engine => engine.advance(state, sweeps));
+    /// One step of the engine of `step` seconds from `state`, with `sweeps` sweeps over all rows in each
+    /// sub-step; knots and target are then read back.
+    pub fn advance(&mut self, state: &mut State, step: f64, sweeps: u32) {
+        either!(Engine, &mut self.0, engine => engine.advance(state, step, sweeps));
     }
 
     /// Copies positions and velocities of knots and target to `state`.

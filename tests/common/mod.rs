@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::cable::Cable;
 use tumblenet::case::Case;
+use tumblenet::limits::Limits;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::net::Net;
@@ -41,7 +42,7 @@ pub fn case_of(json: Value) -> Case {
 
 /// A scene that is not checked yet.
 pub fn source_of(json: Value) -> Source {
-    Source { name: "test".into(), input: "test".into(), folder: None, json }
+    Source { name: "test".into(), input: "test".into(), folder: None, json, limits: Limits::default() }
 }
 
 /// A small net of 3 x 3 meshes, shot at 2 m/s; add a target, effects, a solver.

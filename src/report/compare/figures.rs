@@ -3,22 +3,11 @@
 use plotters::style::RGBColor;
 
 use super::plain;
+use crate::report::page::Figure;
 use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour, dashed, kind_colour};
 use crate::study::compare::difference::{BoxPlot, Differences, Horizon, Separation};
 use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD};
 use crate::study::compare::{Compared, Comparison, Outcome};
-
-/// One figure.
-pub struct Figure {
-    /// Name of its file, without ending.
-    pub name: &'static str,
-    /// Its subject.
-    pub title: &'static str,
-    /// What it shows, in a sentence or two.
-    pub words: String,
-    /// Its panels.
-    pub panels: Vec<Panel>,
-}
 
 /// All figures that apply.
 pub fn all(comparison: &Comparison) -> Vec<Figure> {

@@ -1,0 +1,154 @@
+//! `tumblenet cost`: what accuracy costs in time.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use clap::Args;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use tumblenet::case::Case;
+use tumblenet::problems::Problems;
+use tumblenet::report::cost as report;
+use tumblenet::report::files::{self, WriteError};
+use tumblenet::scene::Source;
+use tumblenet::study::cost::accuracy::Table;
+use tumblenet::study::cost::{self, Request, Store, Study};
+use tumblenet::study::ensemble;
+
+use super::members::Kept;
+use super::reading::Reading;
+use super::run::progress_bar;
+use super::{Error, Format, json, print};
+
+/// Arguments of `cost`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file, or name of a built-in scene.
+    #[arg(required_unless_present = "collect")]
+    scene: Option<String>,
+    /// Prints the table that `run --accuracy` reads, from the `cost.json` of studies made before.
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "scene")]
+    collect: Vec<PathBuf>,
+    /// Time that the study may take: `90s`, `5min`.
+    #[arg(long, value_name = "TIME", default_value = "90s", value_parser = budget)]
+    budget: f64,
+    /// Time up to which errors are quoted [s]; left out: as far as chaos lets them mean something.
+    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
+    at: Option<f64>,
+    /// Changes a value of the scene first, as `run` does.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    changes: Vec<String>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Seed of the perturbations.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Folder for the results; left out: results/NAME/cost.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// How the result is printed.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("a number of seconds above 0".to_owned()),
+    }
+}
+
+/// A time with its unit [s].
+fn budget(text: &str) -> Result<f64, String> {
+    let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0), ("", 1.0)];
+    let parsed = units.into_iter().find_map(|(unit, factor)| {
+        let number = text.strip_suffix(unit)?.trim().parse::<f64>().ok()?;
+        Some(factor * number)
+    });
+    match parsed {
+        Some(seconds) if (1.0..=1e6).contains(&seconds) => Ok(seconds),
+        _ => Err("a time of at least 1 s, as in 60s, 5min or 1h".to_owned()),
+    }
+}
+
+/// A study made before.
+///
+/// # Errors
+/// The file cannot be read, or is no study of this version.
+pub(super) fn read(file: &Path) -> Result<Study, Problems> {
+    let mut problems = Problems::new(file.display().to_string());
+    let rule = "the cost.json of a study of this version";
+    let study = match std::fs::read(file) {
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| problems.add("", error, rule)).ok(),
+        Err(error) => {
+            problems.add("", error, rule);
+            None
+        }
+    };
+    problems.into_result(study)
+}
+
+/// Runs the study and writes its report.
+pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    let Some(scene) = &arguments.scene else {
+        let studies = arguments.collect.iter().map(|file| read(file)).collect::<Result<Vec<Study>, _>>()?;
+        return print(&json(&Table::of(&studies)));
+    };
+    let mut source = Source::find_within(scene, arguments.reading.limits()?)?;
+    source.set(&arguments.changes)?;
+    let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("cost"));
+    // Checked before the folder is made, and the folder before the runs.
+    Case::build(&source)?;
+    files::make_folder(&out)?;
+    let request = Request { budget_s: arguments.budget, seed: arguments.seed, at_s: arguments.at };
+    let folder = Folder { out: &out, seed: arguments.seed, unwritten: Mutex::new(None) };
+    let bar = progress_bar(1000, &source.name);
+    let study = cost::run(&source, &request, &folder, |what, share| {
+        bar.set_message(format!("{}: {what}", source.name));
+        bar.set_position((1000.0 * share.min(1.0)) as u64);
+    })?;
+    bar.finish_and_clear();
+    folder.finish()?;
+    report::write(&out, &study)?;
+    match arguments.format {
+        Format::Json => print(&json(&study)),
+        Format::Text => {
+            print(&report::text(&study))?;
+            print(&format!("Results: {}", out.join("cost.html").display()))
+        }
+    }
+}
+
+/// The folder where measurements are kept as they end.
+struct Folder<'a> {
+    out: &'a Path,
+    seed: u64,
+    unwritten: Mutex<Option<WriteError>>,
+}
+
+impl Folder<'_> {
+    fn open(&self, case: &Case, kind: &str) -> Result<Kept, WriteError> {
+        let request = ensemble::Request { members: 0, perturb_m: 0.0, seed: self.seed };
+        Kept::open(self.out, kind, case, &request)
+    }
+
+    fn finish(self) -> Result<(), WriteError> {
+        self.unwritten.into_inner().unwrap_or_else(|poison| poison.into_inner()).map_or(Ok(()), Err)
+    }
+}
+
+impl Store for Folder<'_> {
+    fn known<T: DeserializeOwned>(&self, case: &Case, kind: &str, number: usize) -> Option<T> {
+        self.open(case, kind).ok()?.one(number)
+    }
+
+    fn keep<T: Serialize>(&self, case: &Case, kind: &str, number: usize, value: &T) {
+        let kept = self.open(case, kind).and_then(|kept| {
+            kept.keep(number, value);
+            kept.finish()
+        });
+        if let Err(error) = kept {
+            self.unwritten.lock().unwrap_or_else(|poison| poison.into_inner()).get_or_insert(error);
+        }
+    }
+}

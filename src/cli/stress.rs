@@ -1,0 +1,91 @@
+//! `tumblenet stress`: the catalogue of hard cases.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use tumblenet::problems::Problems;
+use tumblenet::report::{files, stress as report};
+use tumblenet::study::stress::hard::Hard;
+use tumblenet::study::stress::{self, Stress, catalogue};
+
+use super::run::progress_bar;
+use super::{Error, Format, json, print};
+
+/// Arguments of `stress`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Cases, or themes, or beginnings of either; left out: all.
+    cases: Vec<String>,
+    /// Pairs of cables and contact, `joints+rapier,joints+impulse`; left out: all.
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pairs: Option<Vec<String>>,
+    /// Lists the cases and why each is hard.
+    #[arg(long)]
+    list: bool,
+    /// Folder for the results; left out: results/stress.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// How the result is printed.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// Runs the cases and writes what they came to.
+pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    let mut problems = Problems::new("stress");
+    let cases = cases(&arguments.cases, &mut problems);
+    let pairs = pairs(arguments.pairs.as_deref(), &mut problems);
+    let (cases, pairs) = problems.into_result(Some((cases, pairs)))?;
+    if arguments.list {
+        return print(&report::list(&cases));
+    }
+    let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join("stress"));
+    // Before the runs, not after: an unwritable folder should cost no run.
+    files::make_folder(&out)?;
+
+    let bar = progress_bar(stress::n_runs(&cases, &pairs) as u64, "stress");
+    let stress = stress::run(&cases, &pairs, || bar.inc(1));
+    bar.finish_and_clear();
+    report::write(&out, &stress)?;
+    match arguments.format {
+        Format::Json => print(&json(&stress))?,
+        Format::Text => {
+            print(&report::text(&stress))?;
+            print(&format!("Results: {}", out.join("stress.csv").display()))?;
+        }
+    }
+    all_held(&stress)
+}
+
+/// The cases whose name or theme begins with one of `named`; all without any.
+fn cases(named: &[String], problems: &mut Problems) -> Vec<Hard> {
+    let all = catalogue::all();
+    let begins =
+        |case: &Hard, name: &str| case.name.starts_with(name) || case.theme.title().starts_with(name);
+    for name in named {
+        if name.is_empty() || !all.iter().any(|case| begins(case, name)) {
+            let names: Vec<&str> = all.iter().map(|case| case.name).collect();
+            problems.add("CASE", name, names.join(", "));
+        }
+    }
+    all.into_iter().filter(|case| named.is_empty() || named.iter().any(|name| begins(case, name))).collect()
+}
+
+fn pairs(named: Option<&[String]>, problems: &mut Problems) -> Vec<&'static str> {
+    let all = stress::pairs();
+    let Some(named) = named else { return all };
+    for name in named {
+        if !all.contains(&name.as_str()) {
+            problems.add("--pairs", format!("{name:?}"), all.join(", "));
+        }
+    }
+    all.into_iter().filter(|pair| named.iter().any(|name| name == pair)).collect()
+}
+
+fn all_held(stress: &Stress) -> Result<(), Error> {
+    let broken: Vec<String> = stress.broken().map(|row| format!("{} under {}", row.case, row.pair)).collect();
+    if broken.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Expectation(format!("{} broken: {}", broken.len(), broken.join(", "))))
+}

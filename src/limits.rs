@@ -1,0 +1,138 @@
+//! How much an input may ask for, and which files it may name: a slip of the pen ends in words, not
+//! in a machine that stalls, and a scene from elsewhere cannot read the user's files.
+//!
+//! The limits are the user's, not the scene's: `--limit NAME=N` raises one, `--allow-outside` lets a
+//! scene name files outside of its folder.
+
+use std::fmt;
+
+use crate::problems::Problems;
+
+/// What is limited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// Bytes of a scene or shape file, which becomes some thirty times as much memory.
+    Text,
+    /// Bytes of a mesh file.
+    Mesh,
+    /// Knots of a net.
+    Knots,
+    /// Steps of a run; sub-steps with explicit cables.
+    Steps,
+    /// Recorded knot positions of a run, 24 bytes each and twice while they are written.
+    Positions,
+    /// Parts of a shape.
+    Parts,
+    /// Points of a convex part.
+    Points,
+    /// Triangles of a mesh: 200 000 take 1.3 s to read and split, and a net sees no difference.
+    Triangles,
+    /// Members of an ensemble.
+    Members,
+}
+
+/// Each limit with its name, its default and its unit, in the order of [`Limit`].
+const TABLE: [(Limit, &str, u64, &str); 9] = [
+    (Limit::Text, "text", 8 << 20, "bytes of JSON"),
+    (Limit::Mesh, "mesh", 64 << 20, "bytes of a mesh"),
+    (Limit::Knots, "knots", 250_000, "knots"),
+    (Limit::Steps, "steps", 100_000_000, "steps"),
+    (Limit::Positions, "positions", 20_000_000, "recorded positions"),
+    (Limit::Parts, "parts", 10_000, "parts"),
+    (Limit::Points, "points", 100_000, "points"),
+    (Limit::Triangles, "triangles", 200_000, "triangles"),
+    (Limit::Members, "members", 100_000, "members"),
+];
+
+/// How much an input may ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    values: [u64; TABLE.len()],
+    /// Whether files outside of the scene's folder may be read.
+    pub allow_outside: bool,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits { values: TABLE.map(|(_, _, default, _)| default), allow_outside: false }
+    }
+}
+
+impl Limits {
+    /// The same, but files outside of the scene's folder may be read, or may not.
+    pub fn allowing_outside(self, allow_outside: bool) -> Limits {
+        Limits { allow_outside, ..self }
+    }
+
+    /// The largest count of `limit` that is allowed.
+    pub fn of(&self, limit: Limit) -> u64 {
+        self.values[limit as usize]
+    }
+
+    /// Whether `count` is too much; also when it is not a number.
+    pub fn exceeded(&self, limit: Limit, count: f64) -> bool {
+        count.is_nan() || count > self.of(limit) as f64
+    }
+
+    /// What is allowed and how to raise it, for a fault.
+    pub fn allowed(&self, limit: Limit) -> String {
+        let (_, name, _, unit) = TABLE[limit as usize];
+        format!("at most {} {unit} (--limit {name}=N raises it)", self.of(limit))
+    }
+
+    /// Changes limits, each given as `NAME=N`.
+    ///
+    /// # Errors
+    /// A fault for every change that is no `NAME=N` or names no limit.
+    pub fn set(&mut self, changes: &[String]) -> Result<(), Problems> {
+        let mut problems = Problems::new("--limit");
+        for change in changes {
+            let known = change.split_once('=').and_then(|(name, count)| {
+                let index = TABLE.iter().position(|(_, known, _, _)| *known == name)?;
+                // `1e6` as well as `1000000`.
+                let count = count.parse::<f64>().ok().filter(|count| *count >= 1.0 && count.is_finite())?;
+                Some((index, count as u64))
+            });
+            match known {
+                Some((index, count)) => self.values[index] = count,
+                None => {
+                    problems.add(change.clone(), "no NAME=N", format!("N of at least 1, and one of {self}"))
+                }
+            }
+        }
+        problems.into_result(Some(()))
+    }
+}
+
+/// All limits as they stand: `knots=250000, steps=100000000`.
+impl fmt::Display for Limits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let each = TABLE.iter().zip(self.values).map(|((_, name, _, _), value)| format!("{name}={value}"));
+        f.write_str(&each.collect::<Vec<_>>().join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_limits() {
+        for (index, (limit, ..)) in TABLE.iter().enumerate() {
+            assert_eq!(*limit as usize, index);
+        }
+    }
+
+    #[test]
+    fn a_limit_is_raised_by_its_name() {
+        let mut limits = Limits::default();
+        limits.set(&["knots=1e6".to_owned(), "parts=7".to_owned()]).unwrap();
+        assert_eq!([limits.of(Limit::Knots), limits.of(Limit::Parts)], [1_000_000, 7]);
+        assert!(limits.exceeded(Limit::Parts, 8.0) && !limits.exceeded(Limit::Parts, 7.0));
+        assert!(limits.exceeded(Limit::Parts, f64::NAN));
+        for bad in ["knots", "knot=1", "knots=0", "knots=many", "knots=inf", ""] {
+            let problems = Limits::default().set(&[bad.to_owned()]).unwrap_err().to_string();
+            assert!(problems.contains("knots=250000, steps=100000000"), "{problems}");
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! A study of cost as a table, as rows and as a page: `cost.csv`, `cost.json`, `cost.html`, an SVG a figure.
+
+pub mod figures;
+mod others;
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use comfy_table::{Cell, CellAlignment};
+
+use super::files::{self, WriteError};
+use super::page::{self, Figure};
+use super::table::{number, table};
+use super::{plots, results};
+use crate::study::cost::advice::{length, seconds};
+use crate::study::cost::dials::{AS_WRITTEN, Kind};
+use crate::study::cost::errors::{Counts, Worth};
+use crate::study::cost::{Measured, Study};
+
+/// Columns of the page's table: name and unit.
+const COLUMNS: [(&str, &str); 19] = [
+    ("setting", ""),
+    ("error of bullets", "before chaos"),
+    ("", "to the horizon"),
+    ("", "rms"),
+    ("of knots", "rms"),
+    ("time", "ms a second"),
+    ("spread", "ms"),
+    ("over as written", "×"),
+    ("opening off by", "%"),
+    ("tension off by", "%"),
+    ("energy rise", "of launch"),
+    ("momentum", "of launch"),
+    ("angular", "of scale"),
+    ("pene\u{ad}tration", "µm"),
+    ("cables through", ""),
+    ("sub-steps", ""),
+    ("rows", ""),
+    ("detec\u{ad}tions", ""),
+    ("contacts", ""),
+];
+
+/// Writes all files of `study` to the folder `out`.
+///
+/// # Errors
+/// The first file that cannot be written.
+pub fn write(out: &Path, study: &Study) -> Result<(), WriteError> {
+    files::make_folder(out)?;
+    let mut drawn = Vec::new();
+    for figure in figures::all(study) {
+        let place = out.join(figure.name).with_extension("svg");
+        let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
+        files::write(&place, |file| file.write_all(svg.as_bytes()))?;
+        drawn.push((figure, svg));
+    }
+    files::write(&out.join("cost.csv"), |file| rows(file, study))?;
+    let page = whole_page(study, &drawn);
+    files::write(&out.join("cost.html"), |file| file.write_all(page.as_bytes()))?;
+    // Last: it says that the rest is there.
+    results::json(&out.join("cost.json"), study)
+}
+
+/// A row a setting.
+fn rows(file: impl std::io::Write, study: &Study) -> Result<(), csv::Error> {
+    let mut rows = csv::Writer::from_writer(file);
+    rows.write_record([
+        "family",
+        "label",
+        "value",
+        "step_s",
+        "on_front",
+        "cpu_s_per_s",
+        "cpu_least",
+        "cpu_most",
+        "repeats",
+        "bullets_rms_before_chaos_m",
+        "bullets_max_before_chaos_m",
+        "bullets_rms_m",
+        "bullets_max_m",
+        "knots_rms_m",
+        "knots_max_m",
+        "max_area_m2",
+        "deployment_time_s",
+        "travelling_distance_m",
+        "effective_period_s",
+        "max_tension_n",
+        "momentum_residual",
+        "angular_momentum_residual",
+        "energy_residual",
+        "energy_rise",
+        "max_penetration_m",
+        "cables_through_target",
+        "steps",
+        "substeps",
+        "sweeps",
+        "rows",
+        "snaps",
+        "detections",
+        "contacts",
+        "without",
+        "warnings",
+        "changes",
+    ])?;
+    for one in &study.settings {
+        let text = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:e}"));
+        let worth = one.worth.as_ref();
+        let of = |value: fn(&Worth) -> Option<f64>| text(worth.and_then(value));
+        let count = |value: fn(&Counts) -> u64| {
+            worth.map_or_else(String::new, |worth| value(&worth.counts).to_string())
+        };
+        rows.write_record([
+            one.family.clone(),
+            one.label.clone(),
+            text(one.value),
+            text(one.step_s),
+            (!one.fronts.is_empty()).to_string(),
+            text(one.cost.map(|cost| cost.median)),
+            text(one.cost.map(|cost| cost.least)),
+            text(one.cost.map(|cost| cost.most)),
+            one.cost.map_or_else(String::new, |cost| cost.repeats.to_string()),
+            of(|worth| Some(worth.apart.first()?.as_ref()?.bullets.rms_m)),
+            of(|worth| Some(worth.apart.first()?.as_ref()?.bullets.max_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.bullets.rms_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.bullets.max_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.knots.rms_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.knots.max_m)),
+            of(|worth| Some(worth.deployment.max_area_m2)),
+            of(|worth| Some(worth.deployment.deployment_time_s)),
+            of(|worth| Some(worth.deployment.travelling_distance_m)),
+            of(|worth| Some(worth.deployment.effective_period_s)),
+            of(|worth| Some(worth.max_tension_n)),
+            of(|worth| Some(worth.conservation.momentum_residual)),
+            of(|worth| Some(worth.conservation.angular_momentum_residual)),
+            of(|worth| Some(worth.conservation.energy_residual)),
+            of(|worth| Some(worth.conservation.energy_rise)),
+            of(|worth| Some(worth.ending?.max_penetration_m)),
+            of(|worth| Some(worth.ending?.through as f64)),
+            count(|counts| counts.steps),
+            count(|counts| counts.substeps),
+            count(|counts| counts.sweeps),
+            count(|counts| counts.rows),
+            count(|counts| counts.snaps),
+            count(|counts| counts.detections),
+            count(|counts| counts.contacts),
+            one.without.clone().unwrap_or_default(),
+            one.warnings.join("; "),
+            one.changes.join(" "),
+        ])?;
+    }
+    rows.flush()?;
+    Ok(())
+}
+
+/// The study as text: the fronts, the distributions, the advice.
+pub fn text(study: &Study) -> String {
+    let windows = study.windows();
+    let heads: Vec<String> = windows.iter().map(|window| format!("error to {:.2} s", window.end_s)).collect();
+    let head = ["on a front"].into_iter().chain(heads.iter().map(String::as_str));
+    let mut rows = table(&head.chain(["time / s", "of as written"]).collect::<Vec<_>>());
+    let written = study.settings.iter().find(|one| one.family == AS_WRITTEN);
+    let written_cost = written.and_then(|one| one.cost).map_or(f64::NAN, |cost| cost.median);
+    let mut shown: Vec<&Measured> = study.settings.iter().filter(|one| !one.fronts.is_empty()).collect();
+    shown.extend(written.filter(|one| one.fronts.is_empty()));
+    shown.sort_by(|a, b| a.cost.map_or(0.0, |c| c.median).total_cmp(&b.cost.map_or(0.0, |c| c.median)));
+    for one in shown {
+        let cost = one.cost.map_or(f64::NAN, |cost| cost.median);
+        let mut cells =
+            vec![if one.fronts.is_empty() { format!("({})", one.label) } else { one.label.clone() }];
+        cells.extend(windows.iter().enumerate().map(|(number, window)| {
+            one.error(number).map_or_else(String::new, |error| at_least(error, window.floor_m))
+        }));
+        cells.extend([seconds(cost), number(cost / written_cost)]);
+        let aligned = |(column, text): (usize, String)| {
+            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            Cell::new(text).set_alignment(alignment)
+        };
+        rows.add_row(cells.into_iter().enumerate().map(aligned));
+    }
+    let mut text = format!("{}\n{rows}", study.title);
+    for note in notes(study) {
+        let _ = write!(text, "\n{note}");
+    }
+    if !study.verdicts.is_empty() {
+        let mut rows = table(&["after contact", "captured", "quality", "time / s", "agrees"]);
+        for verdicts in &study.verdicts {
+            let agrees = match verdicts.agrees {
+                None => "the finest",
+                Some(true) => "yes",
+                Some(false) => "no",
+            };
+            rows.add_row(vec![
+                verdicts.label.clone(),
+                format!("{} of {}", verdicts.captured.captured, verdicts.captured.of),
+                number(verdicts.cqi[1].value),
+                seconds(verdicts.cost),
+                agrees.to_owned(),
+            ]);
+        }
+        let _ = write!(text, "\n{rows}");
+    }
+    let _ = write!(text, "\n{}", study.advice.sentence);
+    text
+}
+
+/// An error in words, or that it is at the floor.
+fn at_least(error: f64, floor: f64) -> String {
+    if error > floor { length(error) } else { format!("below {}", length(floor)) }
+}
+
+/// What the tables leave out, a line each.
+fn notes(study: &Study) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let Some(quality) = &study.reference {
+        let contact =
+            quality.first_contact_s.map_or_else(String::new, |t| format!(" (first contact at {t:.3} s)"));
+        let ends: Vec<String> = quality
+            .windows
+            .iter()
+            .map(|window| {
+                format!(
+                    "to {:.2} s ({}; below {} chaos hides them)",
+                    window.end_s,
+                    window.name,
+                    length(window.floor_m)
+                )
+            })
+            .collect();
+        notes.push(format!(
+            "Errors are the largest distance of a bullet from the reference, {}{contact}. The references agree within {} \
+             until {:.2} s.",
+            ends.join(" and "),
+            length(quality.trust_distance_m),
+            quality.horizon_s
+        ));
+    } else {
+        notes.push(
+            "No reference: the budget did not suffice for one, so there are times and no errors.".to_owned(),
+        );
+    }
+    for order in &study.orders {
+        notes.push(format!(
+            "Observed order of convergence, {}: {:.1} over {} steps.",
+            order.family, order.order, order.steps
+        ));
+    }
+    notes.extend(study.advice.warnings.iter().map(|warning| format!("Turned the wrong way: {warning}.")));
+    let without = study.settings.iter().filter_map(|one| Some((one, one.without.as_ref()?)));
+    notes.extend(without.map(|(one, why)| format!("{} {why}.", one.label)));
+    notes
+}
+
+/// The page: advice, table and figures, everything within one file.
+fn whole_page(study: &Study, drawn: &[(Figure, String)]) -> String {
+    let mut head = String::new();
+    for (name, unit) in COLUMNS {
+        let _ = write!(head, "<th>{name} <small>{unit}</small></th>");
+    }
+    let mut rows = String::new();
+    let mut family = "";
+    for one in study.settings.iter().filter(|one| one.cost.is_some()) {
+        if one.family != family {
+            family = &one.family;
+            let head = page::escape(family);
+            let _ = writeln!(rows, "<tr class=\"family\"><td colspan=\"{}\">{head}</td></tr>", COLUMNS.len());
+        }
+        let cells: String =
+            cells(study, one).iter().map(|cell| format!("<td>{}</td>", page::escape(cell))).collect();
+        let class = if !one.fronts.is_empty() { " class=\"front\"" } else { "" };
+        let _ = writeln!(rows, "<tr{class}>{cells}</tr>");
+    }
+    let mut said = vec![
+        "Bold: on a front. Time is processor time of one thread per simulated second, median over the repeats; counts \
+         are exact and the same on every machine. A change of the model (middle knots, effects) has a difference \
+         from the reference, not an error."
+            .to_owned(),
+        "The engine is built with `enhanced-determinism`, so that a run has the same bits on every platform; what that \
+         costs is decided when the program is compiled and is in all of these times."
+            .to_owned(),
+    ];
+    said.extend(notes(study));
+    page::fill(&[
+        ("title", page::escape(&study.title)),
+        ("kind", "what accuracy costs".to_owned()),
+        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&study.advice.sentence))),
+        ("tables", page::table(&head, &rows)),
+        ("notes", said.iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect()),
+        ("figures", page::drawings(drawn)),
+        ("made", page::made(&study.provenance, study.request.seed)),
+    ])
+}
+
+/// The cells of a setting that was measured.
+fn cells(study: &Study, one: &Measured) -> Vec<String> {
+    let none = || "–".to_owned();
+    let written = study.settings.iter().find(|one| one.family == AS_WRITTEN).and_then(|one| one.cost);
+    let (Some(cost), Some(worth)) = (one.cost, &one.worth) else { return vec![one.label.clone()] };
+    let off = |name: &str, value: f64| {
+        let quartiles = study.reference.as_ref()?.scalars.get(name)?;
+        (quartiles.median != 0.0).then(|| 100.0 * (value / quartiles.median - 1.0).abs())
+    };
+    let opening = [
+        off("max_area_m2", worth.deployment.max_area_m2),
+        off("deployment_time_s", worth.deployment.deployment_time_s),
+        off("travelling_distance_m", worth.deployment.travelling_distance_m),
+        off("effective_period_s", worth.deployment.effective_period_s),
+    ];
+    let opening = opening
+        .into_iter()
+        .flatten()
+        .fold(None, |most: Option<f64>, off| Some(most.map_or(off, |m| m.max(off))));
+    let shown = |error: f64, floor: f64| {
+        if one.kind == Kind::Model { length(error) } else { at_least(error, floor) }
+    };
+    let windows = study.windows();
+    let last = windows.len().wrapping_sub(1);
+    let bullets = |window: usize| -> String {
+        let floor = windows.get(window).map_or(0.0, |window| window.floor_m);
+        one.error(window).map_or_else(none, |error| shown(error, floor))
+    };
+    let apart = worth.apart.last().copied().flatten();
+    let short = |value: f64| if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") };
+    let percent = |value: Option<f64>| value.map_or_else(none, |value| format!("{value:.2}"));
+    let kept = &worth.conservation;
+    let counts = &worth.counts;
+    let ending = worth.ending;
+    vec![
+        one.label.clone(),
+        bullets(0),
+        bullets(last),
+        apart.map_or_else(none, |apart| length(apart.bullets.rms_m)),
+        apart.map_or_else(none, |apart| length(apart.knots.rms_m)),
+        number(1e3 * cost.median),
+        if cost.repeats > 1 {
+            format!("{} to {}", number(1e3 * cost.least), number(1e3 * cost.most))
+        } else {
+            "one run".to_owned()
+        },
+        written.map_or_else(none, |written| format!("{:.2}", cost.median / written.median)),
+        percent(opening),
+        percent(off("max_tension_n", worth.max_tension_n)),
+        short(kept.energy_rise),
+        short(kept.momentum_residual),
+        short(kept.angular_momentum_residual),
+        ending.map_or_else(none, |ending| format!("{:.1}", 1e6 * ending.max_penetration_m)),
+        ending.map_or_else(none, |ending| ending.through.to_string()),
+        counts.substeps.to_string(),
+        counts.rows.to_string(),
+        counts.detections.to_string(),
+        counts.contacts.to_string(),
+    ]
+}

@@ -1,0 +1,217 @@
+//! The catalogue of hard cases as a table, as a page for the README, and as files: `stress.json`, `stress.csv`.
+
+use std::path::Path;
+
+use comfy_table::{Cell, CellAlignment};
+
+use super::files::{self, WriteError};
+use super::results;
+use super::table::table;
+use crate::study::stress::hard::Hard;
+use crate::study::stress::measure::{Measured, Numbers};
+use crate::study::stress::{Row, Stress, Verdict};
+
+/// A verdict in a word or two.
+pub fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Holds => "holds",
+        Verdict::Refused => "refused",
+        Verdict::HoldsFrom => "holds from",
+        Verdict::DoesNotHold => "does not hold",
+        Verdict::NotRun => "not run",
+        Verdict::Breaks => "BREAKS",
+    }
+}
+
+/// Writes `stress.csv`, `stress.md` and, last, `stress.json` to the folder `out`.
+///
+/// # Errors
+/// The first file that cannot be written.
+pub fn write(out: &Path, stress: &Stress) -> Result<(), WriteError> {
+    files::make_folder(out)?;
+    files::write(&out.join("stress.csv"), |file| csv(stress, file))?;
+    let page = markdown(stress);
+    files::write(&out.join("stress.md"), |file| std::io::Write::write_all(file, page.as_bytes()))?;
+    results::json(&out.join("stress.json"), stress)
+}
+
+fn csv(stress: &Stress, file: impl std::io::Write) -> csv::Result<()> {
+    let mut rows = csv::Writer::from_writer(file);
+    let names = Numbers::BOUNDS.each().map(|(name, _)| name.replace(' ', "_"));
+    let mut head = vec!["theme".to_owned(), "case".into(), "pair".into(), "verdict".into(), "run".into()];
+    head.extend(["step_s", "steps", "contacts", "wall_s"].map(str::to_owned));
+    head.extend(names.iter().cloned());
+    head.extend(names.iter().map(|name| format!("{name}_bound")));
+    head.extend(["failure", "notes"].map(str::to_owned));
+    rows.write_record(&head)?;
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
+    for row in &stress.rows {
+        let runs = [("as it is", &row.measured), ("half step", &row.halved), ("at limit", &row.at_limit)];
+        let ran: Vec<(&str, Option<&Measured>)> =
+            runs.iter().filter_map(|(name, run)| Some((*name, Some(run.as_ref()?)))).collect();
+        // What did not run has a line, too.
+        for (name, run) in if ran.is_empty() { vec![("", None)] } else { ran } {
+            let mut line = vec![row.theme.clone(), row.case.clone(), row.pair.clone()];
+            line.extend([word(row.verdict).to_owned(), name.to_owned()]);
+            line.extend([
+                number(run.map(|run| run.step_s)),
+                run.map_or(String::new(), |run| run.steps.to_string()),
+                run.map_or(String::new(), |run| run.contacts.to_string()),
+                number(run.map(|run| run.wall_s)),
+            ]);
+            let numbers = run.map_or(Numbers::default(), |run| run.numbers);
+            line.extend(numbers.each().map(|(_, value)| number(value)));
+            line.extend(row.bounds.each().map(|(_, value)| number(value)));
+            line.push(run.and_then(|run| run.failure.clone()).unwrap_or_default());
+            line.push(row.notes.join("; "));
+            rows.write_record(&line)?;
+        }
+    }
+    rows.flush()?;
+    Ok(())
+}
+
+/// Cases by pairs, with every number of every run.
+pub fn text(stress: &Stress) -> String {
+    let names = Numbers::BOUNDS.each().map(|(name, _)| name);
+    let heads = [&["case", "pair", "verdict", "step\ns"], &names[..], &["time\ns"]].concat();
+    let heads: Vec<String> = heads.iter().map(|head| head.replace("angular ", "angular\n")).collect();
+    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    for row in &stress.rows {
+        let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
+        let mut cells = vec![Cell::new(&row.case), Cell::new(&row.pair), Cell::new(word(row.verdict))];
+        cells.push(right(row.measured.as_ref().map_or(String::new(), |run| format!("{:.1e}", run.step_s))));
+        let worst = worst(row);
+        cells.extend(worst.each().map(|(_, value)| right(value.map_or(String::new(), short))));
+        cells.push(right(format!("{:.1}", row.wall())));
+        rows.add_row(cells);
+    }
+    format!("{rows}\n{}\n{}", bounds(stress), notes(stress).join("\n"))
+}
+
+/// The largest of each number over a row's run and the one at half the step.
+fn worst(row: &Row) -> Numbers {
+    let larger = |number: fn(&Numbers) -> Option<f64>| {
+        [&row.measured, &row.halved]
+            .into_iter()
+            .flatten()
+            .filter_map(|run| number(&run.numbers))
+            .reduce(f64::max)
+    };
+    Numbers {
+        energy: larger(|n| n.energy),
+        momentum: larger(|n| n.momentum),
+        angular_momentum: larger(|n| n.angular_momentum),
+        overlap: larger(|n| n.overlap),
+        through: larger(|n| n.through),
+        strain: larger(|n| n.strain),
+    }
+}
+
+fn short(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
+}
+
+/// What must hold, where a case says nothing else.
+fn bounds(stress: &Stress) -> String {
+    let words = |(name, bound): (&str, Option<f64>)| bound.map(|bound| format!("{name} {}", short(bound)));
+    let common: Vec<String> = Numbers::BOUNDS.each().into_iter().filter_map(words).collect();
+    let others: Vec<String> = stress
+        .rows
+        .iter()
+        .filter(|row| {
+            Some(&row.pair) == stress.rows.first().map(|first| &first.pair) && row.bounds != Numbers::BOUNDS
+        })
+        .map(|row| {
+            let own = row.bounds.each().into_iter().zip(Numbers::BOUNDS.each());
+            let own: Vec<String> =
+                own.filter(|(own, common)| own != common).filter_map(|(own, _)| words(own)).collect();
+            format!("{}: {}", row.case, own.join(", "))
+        })
+        .collect();
+    let others = if others.is_empty() { String::new() } else { format!(" ({})", others.join("; ")) };
+    format!("At most: {}{others}. No state that is not a number, no body set aside.", common.join(", "))
+}
+
+/// A line for each row that does not simply hold, and one that counts.
+fn notes(stress: &Stress) -> Vec<String> {
+    let mut notes: Vec<String> = stress
+        .rows
+        .iter()
+        .filter(|row| row.verdict != Verdict::Holds)
+        .map(|row| format!("{} {}: {}: {}", row.case, row.pair, word(row.verdict), row.notes.join("; ")))
+        .collect();
+    notes.push(count(stress));
+    notes
+}
+
+/// How many of each verdict, and the time.
+fn count(stress: &Stress) -> String {
+    let of = |verdict: Verdict| stress.rows.iter().filter(|row| row.verdict == verdict).count();
+    let kinds = [
+        Verdict::Holds,
+        Verdict::Refused,
+        Verdict::HoldsFrom,
+        Verdict::DoesNotHold,
+        Verdict::NotRun,
+        Verdict::Breaks,
+    ];
+    let counts: Vec<String> = kinds
+        .into_iter()
+        .filter(|&kind| of(kind) > 0)
+        .map(|kind| format!("{} {}", of(kind), word(kind)))
+        .collect();
+    let wall: f64 = stress.rows.iter().map(Row::wall).sum();
+    format!("{} rows: {}; {wall:.0} s of one core.", stress.rows.len(), counts.join(", "))
+}
+
+/// A table for the README: cases by pairs.
+pub fn markdown(stress: &Stress) -> String {
+    let mut pairs: Vec<&str> = Vec::new();
+    for row in &stress.rows {
+        if !pairs.contains(&row.pair.as_str()) {
+            pairs.push(&row.pair);
+        }
+    }
+    let mut text =
+        format!("| theme | case | {} |\n|---|---|{}\n", pairs.join(" | "), "---|".repeat(pairs.len()));
+    let mut reasons: Vec<String> = Vec::new();
+    for rows in stress.rows.chunk_by(|a, b| a.case == b.case) {
+        let cells: Vec<String> = rows.iter().map(|row| cell(row, &mut reasons)).collect();
+        text += &format!("| {} | {} | {} |\n", rows[0].theme, rows[0].case, cells.join(" | "));
+    }
+    text += "\n";
+    for (number, reason) in reasons.iter().enumerate() {
+        text += &format!("{}. {reason}\n", number + 1);
+    }
+    text += &format!("\n{}\n{}\n", bounds(stress), count(stress));
+    text
+}
+
+/// A verdict with the number of its reason, which several cells may share.
+fn cell(row: &Row, reasons: &mut Vec<String>) -> String {
+    let word = word(row.verdict);
+    if row.verdict == Verdict::Holds {
+        return word.to_owned();
+    }
+    let reason = match (row.verdict, row.notes.as_slice()) {
+        // The reason that the case gives, and the limit at the end.
+        (Verdict::HoldsFrom, [why, .., limit]) => format!("{why}; {limit}"),
+        (_, [why, ..]) => why.clone(),
+        (_, []) => return word.to_owned(),
+    };
+    let number = reasons.iter().position(|known| *known == reason).unwrap_or_else(|| {
+        reasons.push(reason);
+        reasons.len() - 1
+    });
+    format!("{word} ({})", number + 1)
+}
+
+/// The cases and why each is hard.
+pub fn list(cases: &[Hard]) -> String {
+    let mut rows = table(&["theme", "case", "why it is hard"]);
+    for case in cases {
+        rows.add_row([case.theme.title(), case.name, case.why]);
+    }
+    rows.to_string()
+}

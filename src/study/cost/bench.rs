@@ -1,0 +1,202 @@
+//! The settings under measurement: each once, then those worth it again and again, as time allows.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::dials::Setting;
+use super::errors::Worth;
+use super::reference::{Reference, Window};
+use super::timing::{Cost, timed};
+use super::{Measured, Store, front_of, knot_radius};
+use crate::case::Case;
+use crate::problems::Problem;
+use crate::solver::{CableModel, Integrator};
+
+/// Most repeats of a setting.
+const REPEATS: usize = 9;
+
+/// Settings off the front that are repeated: those within this factor of its cost at their error [-].
+const NEAR: f64 = 1.5;
+
+/// One measurement of one setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Sample {
+    /// Ends of the windows it was measured in, in frames of the reference: another reference, another error.
+    windows: Vec<usize>,
+    /// Processor time per simulated second [s/s].
+    cost: f64,
+    /// What the run was worth, or why it failed.
+    outcome: Result<Worth, String>,
+}
+
+/// The settings under measurement.
+pub struct Bench<'a, S> {
+    settings: &'a [Setting],
+    reference: Option<&'a Reference>,
+    store: &'a S,
+    samples: Vec<Vec<Sample>>,
+    left_out: Vec<Option<String>>,
+    /// Processor time of a unit of work, for guesses [s].
+    second_per_unit: f64,
+}
+
+impl<'a, S: Store> Bench<'a, S> {
+    /// A bench for `settings`; a unit of [`units`] takes `second_per_unit`.
+    pub fn new(
+        settings: &'a [Setting],
+        reference: Option<&'a Reference>,
+        store: &'a S,
+        second_per_unit: f64,
+    ) -> Self {
+        let (samples, left_out) = (vec![Vec::new(); settings.len()], vec![None; settings.len()]);
+        Bench { settings, reference, store, samples, left_out, second_per_unit }
+    }
+
+    /// Each setting once, the cheapest first, as far as time allows.
+    pub fn survey(&mut self, deadline: Instant, tell: &mut impl FnMut(&str)) {
+        let guess =
+            |setting: &Setting| setting.case.as_ref().map_or(0.0, |case| self.second_per_unit * units(case));
+        let mut order: Vec<(f64, usize)> =
+            self.settings.iter().enumerate().map(|(i, setting)| (guess(setting), i)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (guess, place) in order {
+            // The scene as written always: the others are set against it.
+            let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+            if place != 0 && guess > left && !self.is_known(place, 0) {
+                let words = format!("left out: about {guess:.1} s, with {left:.1} s left for it");
+                self.left_out[place] = Some(words);
+                continue;
+            }
+            tell(&self.settings[place].label);
+            self.measure(place);
+        }
+    }
+
+    /// The front and what is near it again and again, one after the other, so that a machine that
+    /// slows down slows all of them.
+    pub fn repeat(&mut self, deadline: Instant, tell: &mut impl FnMut(&str)) {
+        for repeat in 1..REPEATS {
+            for place in self.near_front() {
+                let last = self.samples[place].iter().map(|sample| sample.cost).fold(0.0, f64::max);
+                let duration = self.settings[place].case.as_ref().map_or(0.0, |c| c.scene.duration_s.0);
+                let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+                if self.samples[place].len() == repeat
+                    && (last * duration < left || self.is_known(place, repeat))
+                {
+                    tell(&format!("{}, repeat {}", self.settings[place].label, repeat + 1));
+                    self.measure(place);
+                }
+            }
+        }
+    }
+
+    fn windows(&self) -> Vec<usize> {
+        self.reference.map_or_else(Vec::new, Reference::window_frames)
+    }
+
+    fn known(&self, place: usize, number: usize) -> Option<Sample> {
+        let case = self.settings[place].case.as_ref().ok()?;
+        self.store.known(case, "measured", number).filter(|sample: &Sample| sample.windows == self.windows())
+    }
+
+    fn is_known(&self, place: usize, number: usize) -> bool {
+        self.known(place, number).is_some()
+    }
+
+    fn measure(&mut self, place: usize) {
+        let Ok(case) = &self.settings[place].case else { return };
+        let number = self.samples[place].len();
+        let sample = self.known(place, number).unwrap_or_else(|| {
+            let (run, seconds) = timed(case);
+            let outcome = run.map(|run| Worth::of(case, &run, self.reference));
+            let sample = Sample {
+                windows: self.windows(),
+                cost: seconds / case.scene.duration_s.0,
+                outcome: outcome.map_err(|failure| failure.to_string()),
+            };
+            self.store.keep(case, "measured", number, &sample);
+            sample
+        });
+        self.samples[place].push(sample);
+    }
+
+    /// Places of the fronts, and of settings not much dearer than what these offer at their error.
+    fn near_front(&self) -> Vec<usize> {
+        let measured = self.measured();
+        let near = |window: usize, floor: f64, place: usize| {
+            let Some((cost, error)) = measured[place].point(window) else { return false };
+            let front = measured.iter().filter(|one| one.fronts.contains(&window));
+            let same = front.filter_map(|one| one.point(window)).filter(|p| p.1 <= error.max(floor));
+            same.map(|p| p.0).fold(f64::INFINITY, f64::min) * NEAR >= cost
+        };
+        let windows = || self.reference.iter().flat_map(|reference| &reference.quality.windows).enumerate();
+        let worth_it = |place: usize| windows().any(|(window, w)| near(window, w.floor_m, place));
+        (0..measured.len()).filter(|&place| place == 0 || worth_it(place)).collect()
+    }
+
+    /// What has been measured so far.
+    pub fn measured(&self) -> Vec<Measured> {
+        let mut measured: Vec<Measured> = self
+            .settings
+            .iter()
+            .zip(&self.samples)
+            .zip(&self.left_out)
+            .map(|((setting, samples), left_out)| Measured::of(setting, samples, left_out.clone()))
+            .collect();
+        let windows = self.reference.iter().flat_map(|reference| &reference.quality.windows);
+        for (window, Window { floor_m, .. }) in windows.enumerate() {
+            for place in front_of(&measured, window, *floor_m) {
+                measured[place].fronts.push(window);
+            }
+        }
+        measured
+    }
+}
+
+impl Measured {
+    fn of(setting: &Setting, samples: &[Sample], left_out: Option<String>) -> Measured {
+        let worth = samples.first().and_then(|sample| sample.outcome.as_ref().ok());
+        let failure = samples.first().and_then(|sample| sample.outcome.as_ref().err());
+        let case = setting.case.as_ref();
+        let refused = case.err().map(|problems| {
+            let words = |p: &Problem| format!("{}: found {}; allowed: {}", p.place, p.found, p.allowed);
+            format!("refused: {}", problems.list.iter().map(words).collect::<Vec<_>>().join("; "))
+        });
+        Measured {
+            kind: setting.kind,
+            family: setting.family.to_owned(),
+            label: setting.label.clone(),
+            value: setting.value,
+            changes: setting.changes.clone(),
+            step_s: case.ok().and_then(|case| case.scene.solver.step_s).map(|step| step.0),
+            without: refused.or_else(|| failure.map(|why| format!("failed: {why}"))).or(left_out),
+            cost: Cost::of(samples.iter().filter(|s| s.outcome.is_ok()).map(|s| s.cost).collect()),
+            worth: worth.cloned(),
+            warnings: match (worth, case) {
+                (Some(worth), Ok(case)) => worth.warnings(knot_radius(case)),
+                _ => Vec::new(),
+            },
+            fronts: Vec::new(),
+        }
+    }
+}
+
+/// Work of a run in units that are about alike, for guesses of its time only.
+pub fn units(case: &Case) -> f64 {
+    let n_steps = case.n_steps() as f64;
+    let n_substeps = n_steps * f64::from(case.pace.substeps);
+    let n_cables = case.net.cables.len() as f64;
+    match case.scene.solver.cables {
+        // A cable and sub-step of the explicit net is about a fiftieth of one of the engine.
+        CableModel::Explicit => {
+            let stages = match case.scene.solver.integrator {
+                Integrator::Symplectic => 1.0,
+                Integrator::Rk4 => 5.0,
+                Integrator::Located => 100.0,
+            };
+            n_cables * (0.02 * stages * n_substeps + 0.1 * n_steps)
+        }
+        _ => n_cables * (0.5 * n_steps + 0.5 * n_substeps),
+    }
+}

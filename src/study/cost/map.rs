@@ -1,0 +1,132 @@
+//! Where a method stays stable: step against cable stiffness.
+//!
+//! Each cell is one run of the net without its target, up to the time of its first full opening,
+//! with every cable's stiffness scaled and its damping ratio kept. The checks of a scene refuse an
+//! explicit step above the limit; here such runs are made on purpose, to show that the limit is where
+//! it is said to be. What is told is how much energy the run gained.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::cables::explicit::stable_step;
+use crate::case::{Case, Pace};
+use crate::net::Net;
+use crate::run::Run;
+use crate::solver::{CableModel, ContactModel, Flight, JOINTS_STEP};
+
+/// Factors on the stiffness.
+const STIFFNESS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
+
+/// Steps of the explicit net over its stable step with the stiffness as written.
+const SHARES: [f64; 12] = [0.03, 0.06, 0.1, 0.2, 0.4, 0.7, 1.4, 2.5, 5.0, 10.0, 20.0, 40.0];
+
+/// Steps of the engine [s].
+const STEPS: [f64; 6] = [2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2];
+
+/// Gain over the launch energy from which a run counts as unstable [-].
+pub const UNSTABLE: f64 = 0.1;
+
+/// A map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Map {
+    /// The method.
+    pub method: String,
+    /// Its cells.
+    pub cells: Vec<Cell>,
+    /// The analytic limit: (factor on the stiffness, stable step [s]); empty for a method without one.
+    pub limit: Vec<(f64, f64)>,
+}
+
+/// One run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Cell {
+    /// Factor on the stiffness [-].
+    pub stiffness: f64,
+    /// Step [s].
+    pub step_s: f64,
+    /// Most energy above that of the launch at any time, over it [-]; null when the run ended in no number.
+    pub gain: Option<f64>,
+}
+
+/// The maps of the two cable models for the net of `base`, as far as `deadline` allows: cells
+/// that were not run are left out.
+pub fn maps(base: &Case, opened_s: f64, deadline: Instant) -> Vec<Map> {
+    let free = free_flight(base, opened_s);
+    let stable = stable_step(&free.net);
+    let explicit = |share: f64| {
+        let step = share * stable;
+        (step, with_method(&free, CableModel::Explicit, step))
+    };
+    let joints = |step: f64| (step, with_method(&free, CableModel::Joints, step));
+    let limit = STIFFNESS.map(|factor| (factor, stable_step(&stiffened(&free.net, factor))));
+    [
+        ("explicit, symplectic", SHARES.map(explicit).to_vec(), limit.to_vec()),
+        ("joints", STEPS.map(joints).to_vec(), Vec::new()),
+    ]
+    .into_iter()
+    .map(|(method, cases, limit)| {
+        // Long steps first: they are cheap, and the limit lies among them.
+        let order = cases.iter().rev().flat_map(|case| STIFFNESS.map(|factor| (case, factor)));
+        let all: Vec<(&(f64, Case), f64)> = order.collect();
+        let cell = |&((step, case), stiffness): &(&(f64, Case), f64)| {
+            (Instant::now() < deadline).then(|| Cell {
+                stiffness,
+                step_s: *step,
+                gain: gain(case, stiffness),
+            })
+        };
+        let cells: Vec<Option<Cell>> = all.par_iter().with_max_len(1).map(cell).collect();
+        Map { method: method.to_owned(), cells: cells.into_iter().flatten().collect(), limit }
+    })
+    .collect()
+}
+
+/// The net of `base` without target and effects.
+fn free_flight(base: &Case, duration: f64) -> Case {
+    let mut case = base.clone();
+    case.target = None;
+    case.scene.target = None;
+    case.scene.effects = Default::default();
+    case.scene.duration_s.0 = duration;
+    case
+}
+
+fn with_method(free: &Case, cables: CableModel, step: f64) -> Case {
+    let mut case = free.clone();
+    case.scene.solver.cables = cables;
+    case.scene.solver.flight = Flight::Cables;
+    case.scene.solver.contact = match cables {
+        CableModel::Joints => ContactModel::Rapier,
+        _ => ContactModel::Impulse,
+    };
+    case.pace = match cables {
+        // Many sub-steps to a step: energy need not be looked at after each.
+        CableModel::Explicit => {
+            let substeps = (JOINTS_STEP / step).ceil().max(1.0);
+            Pace { step: substeps * step, substeps: substeps as u32 }
+        }
+        _ => Pace { step, substeps: 1 },
+    };
+    case
+}
+
+fn stiffened(net: &Net, factor: f64) -> Net {
+    let mut net = net.clone();
+    for cable in &mut net.cables {
+        cable.stiffness *= factor;
+        // c = 2 ξ √(m k)
+        cable.damping *= factor.sqrt();
+    }
+    net
+}
+
+fn gain(case: &Case, stiffness: f64) -> Option<f64> {
+    let case = Case { net: stiffened(&case.net, stiffness), ..case.clone() };
+    let run = Run::of(&case, |_| {}).ok()?;
+    let launch = case.net.launch_energy().max(f64::MIN_POSITIVE);
+    let gains = run.frames.ledger.iter().map(|ledger| ledger.own() / launch - 1.0);
+    Some(gains.fold(0.0, f64::max)).filter(|gain| gain.is_finite())
+}

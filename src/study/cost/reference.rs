@@ -1,0 +1,388 @@
+//! What the errors are measured against: the free flight of the net, known far better than any run.
+//!
+//! Two integrators that share no code, several runs each: the [`located`] one, which locates every cable
+//! that goes taut or slack, with two tolerances; and the symplectic net with a step far below its
+//! limit. Further runs of both start a nanometre aside. A net that opens is chaotic: its inner knots
+//! forget their start within tenths of a second, and from then on no run, however fine, has a
+//! bullet nearer to the truth than those nanometres allow. So
+//!
+//! - the reference is the mean of the located integrator's runs,
+//! - the floor is the largest distance of one of them from it: no error below it means anything,
+//! - the horizon is when the mean of the other integrator's runs leaves it by more than the trust
+//!   distance,
+//! - errors are quoted in two windows: before chaos, where the floor is tiny, and up to the horizon.
+//!
+//! Effects that act in flight are not in the located flight; then both integrators are the explicit net's.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::dials::explicit_changes;
+use crate::cables::explicit::stable_step;
+use crate::cables::located;
+use crate::case::Case;
+use crate::metrics::deployment::Deployment;
+use crate::run::Run;
+use crate::scene::Source;
+use crate::solver::Integrator;
+use crate::study::ensemble::{self, Quartiles, perturbed};
+
+/// Perturbation of the start [m].
+pub const PERTURB: f64 = 1e-9;
+
+/// Runs of each integrator.
+const RUNS: usize = 6;
+
+/// Local error of the located integrator over the net's side [-]: of its first run, and of the others.
+const TOLERANCES: [f64; 2] = [1e-14, 1e-13];
+
+/// Step of the fine symplectic runs over the stable step [-].
+const FINE: f64 = 0.015;
+
+/// The longest step of such a run that is still fine, and the time a cable and step of it takes, about [s].
+const ROUGH: f64 = 0.2;
+const CABLE_TIME: f64 = 2e-8;
+
+/// Trust distance over the net's side [-].
+pub const TRUST: f64 = 1e-4;
+
+/// Before chaos the floor is below this share of the net's side [-].
+const CLEAN: f64 = 1e-8;
+
+/// Positions of all knots, frame by frame [m].
+pub type Knots = Vec<Vec<Vector3<f64>>>;
+
+/// The reference.
+pub struct Reference {
+    /// Times of its frames [s].
+    pub times: Vec<f64>,
+    /// Where the knots are.
+    pub knots: Knots,
+    /// The four bullets.
+    pub bullets: [usize; 4],
+    /// How well it is known.
+    pub quality: Quality,
+}
+
+/// How well a reference is known; a value a frame in the lists.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Quality {
+    /// Times [s].
+    pub time_s: Vec<f64>,
+    /// Largest distance of a bullet between a run of the reference and their mean, so far [m]: the floor.
+    pub floor_m: Vec<f64>,
+    /// The same of any knot [m].
+    pub floor_knots_m: Vec<f64>,
+    /// Largest distance of a bullet between the means of the two integrators [m]; the floor where there is one.
+    pub means_apart_m: Vec<f64>,
+    /// Pairs of single runs.
+    pub pairs: Vec<Pair>,
+    /// Distance up to which runs agree [m].
+    pub trust_distance_m: f64,
+    /// Until when the two means agree [s].
+    pub horizon_s: f64,
+    /// Until when the largest difference of single runs that start a nanometre apart stays below it [s].
+    pub single_run_horizon_s: f64,
+    /// Up to where errors are quoted: before chaos, and to the horizon.
+    pub windows: Vec<Window>,
+    /// First contact of the scene as written [s]: the flight ends before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_contact_s: Option<f64>,
+    /// The two integrators, in words.
+    pub methods: [String; 2],
+    /// Runs of each.
+    pub runs: [usize; 2],
+    /// What the second integrator's runs say of the whole run, by the summary's names: only where the
+    /// flight lasts to its end.
+    pub scalars: BTreeMap<String, Quartiles>,
+}
+
+/// A time up to which errors are quoted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Window {
+    /// Its name.
+    pub name: String,
+    /// Its end [s].
+    pub end_s: f64,
+    /// The floor of the bullets within it [m].
+    pub floor_m: f64,
+}
+
+/// Two single runs from the same start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Pair {
+    /// Which.
+    pub names: [String; 2],
+    /// Until when they agree [s].
+    pub horizon_s: f64,
+}
+
+/// One run of a reference.
+struct Member {
+    name: String,
+    knots: Knots,
+    /// What it says of the whole run.
+    scalars: Vec<(&'static str, f64)>,
+}
+
+/// What a reference is asked for.
+pub struct Request {
+    /// Times of its frames [s], from 0.
+    pub times: Vec<f64>,
+    /// Whether they last to the end of the run.
+    pub whole: bool,
+    /// First contact of the scene as written [s].
+    pub first_contact: Option<f64>,
+    /// Seed of the perturbations.
+    pub seed: u64,
+    /// When the work has to end.
+    pub deadline: Instant,
+    /// Where errors are to be quoted [s], if not where the floor says.
+    pub at: Option<f64>,
+}
+
+/// The reference for `base`, the case of `source`.
+///
+/// Nothing when no two runs reached two frames in time.
+pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
+    let started = Instant::now();
+    let effects = base.scene.effects.build(&base.net, base.target.as_ref());
+    let quiet = !effects.iter().any(|effect| effect.acts() || effect.pulls() || effect.brackets());
+    let fly = |index: usize| {
+        let (group, member) = (index % 2, index / 2);
+        // A fair share of what is left for each run, so that one does not starve the others.
+        let allowed = Instant::now() + fair_share(2 * RUNS, request.deadline.duration_since(started));
+        if group == 1 {
+            return (group, stepped(source, base, Integrator::Symplectic, member, request, allowed));
+        }
+        if !quiet {
+            return (group, stepped(source, base, Integrator::Rk4, member, request, allowed));
+        }
+        // The second run starts where the first does; the others are perturbed.
+        let tolerance = TOLERANCES[member.min(1)] * base.net.designed_area.sqrt();
+        let case = start(base, member.saturating_sub(1), request.seed);
+        let knots = located::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
+        (
+            group,
+            Some(Member { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }),
+        )
+    };
+    let flown: Vec<(usize, Option<Member>)> =
+        (0..2 * RUNS).into_par_iter().with_max_len(1).map(fly).collect();
+    let mut groups: [Vec<Member>; 2] = [Vec::new(), Vec::new()];
+    for (group, member) in flown {
+        groups[group].extend(member);
+    }
+    // A run that was stopped early would shorten all of them.
+    let longest = groups.iter().flatten().map(|member| member.knots.len()).max().unwrap_or(0);
+    for group in &mut groups {
+        group.retain(|member| 2 * member.knots.len() > longest);
+    }
+    let mut methods = if quiet {
+        ["Dormand-Prince 5(4), switches located".to_owned(), "symplectic".to_owned()]
+    } else {
+        ["Runge-Kutta 4".to_owned(), "symplectic".to_owned()]
+    };
+    // An integrator that the scene refuses, or that was too slow, leaves the other one.
+    if groups[0].is_empty() {
+        groups.swap(0, 1);
+        methods.swap(0, 1);
+    }
+    Reference::of(base, groups, methods, request)
+}
+
+fn start(case: &Case, member: usize, seed: u64) -> Case {
+    if member == 0 {
+        return case.clone();
+    }
+    perturbed(case, &ensemble::Request { members: RUNS, perturb_m: PERTURB, seed }, member)
+}
+
+/// What each of `runs` runs may take of `time`, on all threads.
+fn fair_share(runs: usize, time: Duration) -> Duration {
+    let threads = rayon::current_num_threads().min(runs);
+    time * threads as u32 / runs as u32
+}
+
+/// A run of the explicit net up to the last time of the request: with the finest step that it is
+/// likely to have time for.
+fn stepped(
+    source: &Source,
+    base: &Case,
+    integrator: Integrator,
+    member: usize,
+    request: &Request,
+    allowed: Instant,
+) -> Option<Member> {
+    let end = *request.times.last()?;
+    let stages = if integrator == Integrator::Rk4 { 5.0 } else { 1.0 };
+    let left = allowed.saturating_duration_since(Instant::now()).as_secs_f64();
+    let shortest = end * base.net.cables.len() as f64 * stages * CABLE_TIME / left.max(1e-3);
+    let stable = stable_step(&base.net);
+    let step = (FINE * stable).max(shortest);
+    if step > ROUGH * stable {
+        return None;
+    }
+    let mut changes = explicit_changes(integrator, step);
+    changes.extend([format!("duration_s={end}"), "capture.hold_s=0".to_owned()]);
+    let mut source = source.clone();
+    source.set(&changes).ok()?;
+    let case = start(&Case::build(&source).ok()?, member, request.seed);
+    let name =
+        format!("{} {:.2} µs", if integrator == Integrator::Rk4 { "RK4" } else { "symplectic" }, 1e6 * step);
+    let run = Run::of(&case, |_| {}).ok()?;
+    let scalars = if request.whole { scalars(&case, &run) } else { Vec::new() };
+    Some(Member { name, knots: at_times(&run, &request.times), scalars })
+}
+
+/// The frames of `run` at `times`, as many as it has.
+pub fn at_times(run: &Run, times: &[f64]) -> Knots {
+    let found = |time: &f64| {
+        let frame = run.frames.time.partition_point(|t| *t < time - 1e-9);
+        let there = run.frames.time.get(frame).is_some_and(|t| (t - time).abs() < 1e-9);
+        there.then(|| run.frames.knots[frame].clone())
+    };
+    times.iter().map_while(found).collect()
+}
+
+impl Reference {
+    fn of(
+        base: &Case,
+        groups: [Vec<Member>; 2],
+        methods: [String; 2],
+        request: &Request,
+    ) -> Option<Reference> {
+        let members = groups.iter().flatten();
+        let frames = members.map(|member| member.knots.len()).min().filter(|&frames| frames > 1)?;
+        let bullets = base.net.bullets;
+        let times = request.times[..frames].to_vec();
+        let knots = mean(&groups[0], frames);
+        let trust_distance = TRUST * base.net.designed_area.sqrt();
+        let until = |curve: &[f64]| {
+            times[curve.iter().position(|apart| *apart > trust_distance).unwrap_or(frames).max(1) - 1]
+        };
+
+        let all: Vec<usize> = (0..base.net.n_knots()).collect();
+        let spread = |knots_of: &[usize]| -> Vec<f64> {
+            let mut so_far = 0.0_f64;
+            (0..frames)
+                .map(|frame| {
+                    let far = groups[0].iter().map(|run| largest(&run.knots[frame], &knots[frame], knots_of));
+                    so_far = far.fold(so_far, f64::max);
+                    so_far
+                })
+                .collect()
+        };
+        let (floor, floor_knots) = (spread(&bullets), spread(&all));
+        // Without a second integrator there is nothing but its own spread to trust the first one by.
+        let means_apart: Vec<f64> = if groups[1].is_empty() {
+            floor.clone()
+        } else {
+            let other = mean(&groups[1], frames);
+            (0..frames).map(|frame| largest(&knots[frame], &other[frame], &bullets)).collect()
+        };
+        let horizon = until(&means_apart);
+
+        let unperturbed: Vec<&Member> = groups[0].iter().take(2).chain(groups[1].first()).collect();
+        let pairs = unperturbed.iter().enumerate().flat_map(|(i, one)| {
+            unperturbed[..i].iter().map(move |other| (*other, *one)).collect::<Vec<_>>()
+        });
+        let pairs = pairs
+            .map(|(one, other)| Pair {
+                names: [one.name.clone(), other.name.clone()],
+                horizon_s: until(
+                    &(0..frames)
+                        .map(|frame| largest(&one.knots[frame], &other.knots[frame], &bullets))
+                        .collect::<Vec<_>>(),
+                ),
+            })
+            .collect();
+        let side = base.net.designed_area.sqrt();
+        let below = |share: f64| floor.partition_point(|floor| *floor <= share * side).max(2) - 1;
+        let asked = request.at.map(|at| times.partition_point(|time| *time <= at + 1e-9).max(2) - 1);
+        let ends = [
+            ("before chaos", below(CLEAN)),
+            (
+                "to the horizon",
+                asked
+                    .unwrap_or_else(|| below(TRUST))
+                    .min(times.partition_point(|t| *t <= horizon) - 1)
+                    .max(1),
+            ),
+        ];
+        let mut windows: Vec<Window> = ends
+            .into_iter()
+            .map(|(name, end)| Window { name: name.to_owned(), end_s: times[end], floor_m: floor[end] })
+            .collect();
+        // A flight that ends before chaos begins has one window.
+        if windows[0].end_s >= windows[1].end_s {
+            windows.remove(0);
+        }
+        Some(Reference {
+            bullets,
+            quality: Quality {
+                time_s: times.clone(),
+                single_run_horizon_s: until(&floor),
+                floor_m: floor,
+                floor_knots_m: floor_knots,
+                means_apart_m: means_apart,
+                pairs,
+                trust_distance_m: trust_distance,
+                horizon_s: horizon,
+                windows,
+                first_contact_s: request.first_contact,
+                runs: [groups[0].len(), groups[1].len()],
+                scalars: quartiles(&groups[1]),
+                methods,
+            },
+            times,
+            knots,
+        })
+    }
+
+    /// Frames up to the end of each window.
+    pub fn window_frames(&self) -> Vec<usize> {
+        let frames = |window: &Window| self.times.partition_point(|time| *time <= window.end_s + 1e-9);
+        self.quality.windows.iter().map(frames).collect()
+    }
+}
+
+fn mean(members: &[Member], frames: usize) -> Knots {
+    let share = 1.0 / members.len() as f64;
+    (0..frames)
+        .map(|frame| {
+            let n_knots = members[0].knots[frame].len();
+            (0..n_knots).map(|knot| members.iter().map(|m| share * m.knots[frame][knot]).sum()).collect()
+        })
+        .collect()
+}
+
+/// Largest distance between two places of the same knot, of those listed [m].
+fn largest(one: &[Vector3<f64>], other: &[Vector3<f64>], knots: &[usize]) -> f64 {
+    knots.iter().map(|&knot| (one[knot] - other[knot]).norm()).fold(0.0, f64::max)
+}
+
+/// Numbers of a whole flight, by the names of the summary.
+pub fn scalars(case: &Case, run: &Run) -> Vec<(&'static str, f64)> {
+    let opened = Deployment::of(case, run);
+    vec![
+        ("max_area_m2", opened.max_area_m2),
+        ("deployment_time_s", opened.deployment_time_s),
+        ("travelling_distance_m", opened.travelling_distance_m),
+        ("effective_period_s", opened.effective_period_s),
+        ("max_tension_n", run.extremes.tension),
+    ]
+}
+
+fn quartiles(members: &[Member]) -> BTreeMap<String, Quartiles> {
+    let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for (name, value) in members.iter().flat_map(|member| &member.scalars) {
+        values.entry((*name).to_owned()).or_default().push(*value);
+    }
+    values.into_iter().map(|(name, values)| (name, Quartiles::of(values))).collect()
+}

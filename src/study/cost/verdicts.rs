@@ -1,0 +1,237 @@
+//! After contact paths are chaotic: what a setting is worth there is a distribution.
+//!
+//! Each setting is run as an ensemble, member i perturbed alike in all of them, and set against the
+//! ensemble of the finest: share captured with its exact interval, quartiles of the capture quality
+//! index with intervals that assume nothing about its distribution (order statistics).
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Binomial, DiscreteCDF};
+
+use super::Store;
+use super::dials::{AS_WRITTEN, Kind, Setting};
+use super::errors::Ending;
+use super::timing::timed;
+use crate::case::Case;
+use crate::scene::Source;
+use crate::study::ensemble::{Request, Share, perturbed};
+
+/// Perturbation of an ensemble [m], as that of `run --ensemble`.
+const PERTURB: f64 = 1e-6;
+
+/// Settings of the engine's cables that are run beside the scene's own.
+const COARSE: [&str; 2] = ["joints 2 ms", "joints 1 ms"];
+
+/// Families that may matter after contact.
+const FAMILIES: [&str; 4] = [AS_WRITTEN, "joints, precision", "joints, flight explicit", "other cables"];
+
+/// Most members: more tell no more than a person can use.
+const MAX_MEMBERS: usize = 100;
+
+/// One member's end, and what it cost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Member {
+    /// Its number, from 0.
+    pub member: usize,
+    /// Processor time per simulated second [s/s], with another run beside it.
+    pub cost: f64,
+    /// How it ended, or why it failed.
+    pub outcome: Result<Ending, String>,
+}
+
+/// A quantile with its 95 % interval; an end of it is absent where the members are too few to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Quantile {
+    /// Probability [-].
+    pub at: f64,
+    /// Its value.
+    pub value: f64,
+    /// The interval.
+    pub interval_95: [Option<f64>; 2],
+}
+
+/// The distribution of a setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Verdicts {
+    /// The setting.
+    pub label: String,
+    /// Share captured.
+    pub captured: Share,
+    /// Capture quality index: quartiles.
+    pub cqi: [Quantile; 3],
+    /// Deepest overlap of all members [m].
+    pub max_penetration_m: f64,
+    /// Cables through the target at the end, mean over the members.
+    pub through_mean: f64,
+    /// Members that failed.
+    pub failed: usize,
+    /// Processor time per simulated second, median over the members [s/s].
+    pub cost: f64,
+    /// Whether its intervals overlap those of the reference ensemble; absent for that one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub agrees: Option<bool>,
+}
+
+/// The distributions of the settings that may make a difference after contact, as many members of each
+/// as end before `deadline`; the reference ensemble first.
+///
+/// That is the scene's own method with half its step: contact responses differ in what they model, so
+/// none is the truth for the others.
+pub fn distributions(
+    source: &Source,
+    base: &Case,
+    settings: &[Setting],
+    seed: u64,
+    deadline: Instant,
+    store: &impl Store,
+    tell: &mut impl FnMut(&str),
+) -> Vec<Verdicts> {
+    let half = base.scene.solver.step_s.map_or(base.pace.step, |step| step.0) / 2.0;
+    let mut finer = source.clone();
+    let finer = finer.set(&[format!("solver.step_s={half:e}")]).and_then(|()| Case::build(&finer));
+    let finest = finer.as_ref().map(|case| ("as written, half the step", case));
+    let asked = |setting: &&Setting| {
+        setting.kind != Kind::Method
+            || FAMILIES.contains(&setting.family)
+            || COARSE.contains(&setting.label.as_str())
+    };
+    let others = settings.iter().filter(asked);
+    let others = others.filter_map(|setting| Some((setting.label.as_str(), setting.case.as_ref().ok()?)));
+    let cases: Vec<(&str, &Case)> = finest.into_iter().chain(others).collect();
+
+    let request = Request { members: MAX_MEMBERS, perturb_m: PERTURB, seed };
+    let mut round = 0;
+    let members = run(&cases, &request, deadline, store, || {
+        round += 1;
+        tell(&format!("ensembles, member {round}"));
+    });
+    let found = cases.iter().zip(&members);
+    let mut verdicts: Vec<Verdicts> =
+        found.filter_map(|((label, _), members)| Verdicts::of(label, members)).collect();
+    if let Some((finest, others)) = verdicts.split_first_mut() {
+        for other in others {
+            other.agrees = Some(other.overlaps(finest));
+        }
+    }
+    verdicts
+}
+
+/// Runs members of all `cases` in turn, as many of each as end before `deadline`; a list a case.
+///
+/// At least two of each: one says nothing of a distribution.
+fn run(
+    cases: &[(&str, &Case)],
+    request: &Request,
+    deadline: Instant,
+    store: &impl Store,
+    mut progress: impl FnMut(),
+) -> Vec<Vec<Member>> {
+    let mut all: Vec<Vec<Member>> = vec![Vec::new(); cases.len()];
+    for number in 0..request.members {
+        let started = Instant::now();
+        let round: Vec<Member> = cases
+            .par_iter()
+            .with_max_len(1)
+            .map(|(_, case)| {
+                if let Some(known) = store.known(case, "members", number) {
+                    return known;
+                }
+                let member = member(case, request, number);
+                store.keep(case, "members", number, &member);
+                member
+            })
+            .collect();
+        for (members, member) in all.iter_mut().zip(round) {
+            members.push(member);
+        }
+        progress();
+        // The next round takes about as long as this one.
+        if number > 0 && Instant::now() + started.elapsed() > deadline {
+            break;
+        }
+    }
+    all
+}
+
+fn member(case: &Case, request: &Request, number: usize) -> Member {
+    let case = perturbed(case, request, number);
+    let (run, seconds) = timed(&case);
+    let outcome = run
+        .map_err(|failure| failure.to_string())
+        .and_then(|run| Ending::of(&case, &run).ok_or_else(|| "no target".to_owned()));
+    Member { member: number, cost: seconds / case.scene.duration_s.0, outcome }
+}
+
+impl Verdicts {
+    /// The distribution of `members`; nothing when none was finished.
+    pub fn of(label: &str, members: &[Member]) -> Option<Verdicts> {
+        let ends: Vec<&Ending> = members.iter().filter_map(|member| member.outcome.as_ref().ok()).collect();
+        if ends.is_empty() {
+            return None;
+        }
+        let mut cqi: Vec<f64> = ends.iter().map(|end| end.capture.cqi).collect();
+        cqi.sort_by(f64::total_cmp);
+        let mut costs: Vec<f64> = members.iter().map(|member| member.cost).collect();
+        costs.sort_by(f64::total_cmp);
+        Some(Verdicts {
+            label: label.to_owned(),
+            captured: Share::of(ends.iter().filter(|end| end.capture.captured).count(), ends.len()),
+            cqi: [0.25, 0.5, 0.75].map(|at| Quantile::of(&cqi, at)),
+            max_penetration_m: ends.iter().map(|end| end.max_penetration_m).fold(0.0, f64::max),
+            through_mean: ends.iter().map(|end| end.through as f64).sum::<f64>() / ends.len() as f64,
+            failed: members.len() - ends.len(),
+            cost: costs[costs.len() / 2],
+            agrees: None,
+        })
+    }
+
+    /// Whether nothing tells it apart from `other`: the intervals of the share captured and of the
+    /// median quality index overlap.
+    pub fn overlaps(&self, other: &Verdicts) -> bool {
+        let overlap = |a: [f64; 2], b: [f64; 2]| a[0] <= b[1] && b[0] <= a[1];
+        let open = |quantile: &Quantile| {
+            let [low, high] = quantile.interval_95;
+            [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)]
+        };
+        overlap(self.captured.interval_95, other.captured.interval_95)
+            && overlap(open(&self.cqi[1]), open(&other.cqi[1]))
+            && self.failed == 0
+    }
+}
+
+impl Quantile {
+    /// The quantile `at` of `sorted` values, of which there is at least one.
+    ///
+    /// The number of values below the true quantile is binomial, so the interval runs between order
+    /// statistics: from number l to number u with P(X < l) and P(X ≥ u) at most 2.5 % each.
+    pub fn of(sorted: &[f64], at: f64) -> Quantile {
+        let n = sorted.len();
+        let value = sorted[((at * n as f64).ceil() as usize).clamp(1, n) - 1];
+        let Ok(below) = Binomial::new(at, n as u64) else {
+            return Quantile { at, value, interval_95: [None, None] };
+        };
+        // Numbers from 1, as in the books.
+        let lower = (1..=n).rev().find(|l| below.cdf(*l as u64 - 1) <= 0.025);
+        let upper = (1..=n).find(|u| 1.0 - below.cdf(*u as u64 - 1) <= 0.025);
+        Quantile { at, value, interval_95: [lower.map(|l| sorted[l - 1]), upper.map(|u| sorted[u - 1])] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Conover, Practical Nonparametric Statistics: the median of 10 lies between the 2nd and the 9th
+    /// with 97.9 %; of 5 no two order statistics enclose it with 95 %.
+    #[test]
+    fn intervals_of_a_median_are_those_of_the_books() {
+        let values: Vec<f64> = (1..=10).map(f64::from).collect();
+        assert_eq!(Quantile::of(&values, 0.5).interval_95, [Some(2.0), Some(9.0)]);
+        assert_eq!(Quantile::of(&values[..5], 0.5).interval_95, [None, None]);
+        assert_eq!(Quantile::of(&values, 0.25).interval_95[0], None);
+        assert_eq!(Quantile::of(&[3.0], 0.5).value, 3.0);
+    }
+}

@@ -1,0 +1,282 @@
+//! Hard cases that must stay numerically stable, each under every pair of cables and contact.
+//!
+//! [`catalogue`] lists them, [`hard`] says what a case is, [`measure`] runs one and measures it. Here the
+//! numbers meet their bounds. The verdict of a case under a pair:
+//!
+//! - **holds**: every bound is kept, at the case's step and, where the case asks for it, at half of it;
+//! - **refused**: the checks refuse it, at the place that the case names;
+//! - **holds from**: a bound is broken, as the case foretells with a reason, and kept with the settings
+//!   that the case names as the limit;
+//! - **does not hold**: a bound is broken, as the case foretells; no limit was found;
+//! - **not run**: it would take too long, as the case says;
+//! - **breaks**: anything else. A promise is broken.
+
+pub mod catalogue;
+pub mod hard;
+pub mod measure;
+
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::case::Case;
+use crate::limits::Limits;
+use crate::provenance::Provenance;
+use crate::scene::Source;
+use crate::solver;
+use hard::{Hard, Limit};
+use measure::{Measured, Numbers};
+
+/// `stress.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Stress {
+    /// Every case under every pair, case by case.
+    pub rows: Vec<Row>,
+    /// What made these numbers.
+    pub provenance: Provenance,
+}
+
+/// A case under a pair.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Row {
+    /// The case.
+    pub case: String,
+    /// What it is an example of.
+    pub theme: String,
+    /// The pair of cables and contact.
+    pub pair: String,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// Why it is not simply "holds": the broken bounds, the refusal, the reason that the case gives.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// What must hold; a number that is absent is not asked for.
+    pub bounds: Numbers,
+    /// What was measured; absent where nothing ran.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured: Option<Measured>,
+    /// The same at half the step, where the case asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub halved: Option<Measured>,
+    /// The same at the limit from which the pair holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_limit: Option<Measured>,
+}
+
+/// What became of a case under a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Every bound is kept.
+    Holds,
+    /// The checks refuse it, as they should.
+    Refused,
+    /// Kept from a limit on.
+    HoldsFrom,
+    /// Not kept, with a known reason.
+    DoesNotHold,
+    /// Not run, with a reason.
+    NotRun,
+    /// A promise is broken.
+    Breaks,
+}
+
+impl Row {
+    /// Wall time of its runs [s].
+    pub fn wall(&self) -> f64 {
+        [&self.measured, &self.halved, &self.at_limit].into_iter().flatten().map(|m| m.wall_s).sum()
+    }
+}
+
+impl Stress {
+    /// The rows whose promise is broken.
+    pub fn broken(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| row.verdict == Verdict::Breaks)
+    }
+}
+
+/// One run: of a case (by number) under a pair, as it is, at half its step, or at its limit.
+struct Job {
+    row: usize,
+    variant: Variant,
+    case: Case,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Variant {
+    AsItIs,
+    Halved,
+    AtLimit,
+}
+
+/// Runs `cases` under `pairs`, in parallel; `done` hears of each run as it ends.
+///
+/// The result does not depend on the number of threads, but for wall times.
+pub fn run(cases: &[Hard], pairs: &[&str], done: impl Fn() + Sync) -> Stress {
+    let asked: Vec<(&Hard, &str)> =
+        cases.iter().flat_map(|case| pairs.iter().map(move |pair| (case, *pair))).collect();
+    let mut rows = Vec::with_capacity(asked.len());
+    let mut jobs = Vec::new();
+    for (number, (hard, pair)) in asked.iter().enumerate() {
+        let (row, new) = prepare(hard, pair, number);
+        rows.push(row);
+        jobs.extend(new);
+    }
+    // The longest first: none is left for the end while the other threads have nothing to do.
+    jobs.sort_by_key(|job| std::cmp::Reverse(work(&job.case)));
+    let measured: Vec<(usize, Variant, Measured)> = jobs
+        .par_iter()
+        .with_max_len(1)
+        .map(|job| {
+            let hard = asked[job.row].0;
+            let measured = Measured::of(&job.case, hard.static_tension_n);
+            done();
+            (job.row, job.variant, measured)
+        })
+        .collect();
+    for (row, variant, measured) in measured {
+        let place = match variant {
+            Variant::AsItIs => &mut rows[row].measured,
+            Variant::Halved => &mut rows[row].halved,
+            Variant::AtLimit => &mut rows[row].at_limit,
+        };
+        *place = Some(measured);
+    }
+    for (row, (hard, pair)) in rows.iter_mut().zip(&asked) {
+        judge(row, hard.limit(pair));
+    }
+    Stress { rows, provenance: Provenance::here() }
+}
+
+/// Number of runs that [`run`] would do at most.
+pub fn n_runs(cases: &[Hard], pairs: &[&str]) -> usize {
+    let of = |hard: &Hard, pair: &str| prepare(hard, pair, 0).1.len();
+    cases.iter().map(|hard| pairs.iter().map(|pair| of(hard, pair)).sum::<usize>()).sum()
+}
+
+/// Steps of knots: about what a run costs.
+fn work(case: &Case) -> u64 {
+    case.n_steps() * u64::from(case.pace.substeps) * case.net.n_knots() as u64
+}
+
+/// The row of a case before anything ran, and the runs it needs.
+fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
+    let mut row = Row {
+        case: hard.name.to_owned(),
+        theme: hard.theme.title().to_owned(),
+        pair: pair.to_owned(),
+        verdict: Verdict::Holds,
+        notes: Vec::new(),
+        bounds: hard.bounds.under(pair),
+        measured: None,
+        halved: None,
+        at_limit: None,
+    };
+    let limit = hard.limit(pair);
+    if let Some(limit) = limit {
+        row.notes.push(limit.why.to_owned());
+        if limit.not_run {
+            row.verdict = Verdict::NotRun;
+            return (row, Vec::new());
+        }
+    }
+    let mut jobs = Vec::new();
+    match hard.build(pair, &[], 1.0) {
+        Ok(case) => {
+            if hard.halves && limit.is_none() {
+                // What holds may not be refused at half its step: `build` says so where it is.
+                match hard.build(pair, &[], 0.5) {
+                    Ok(case) => jobs.push(Job { row: number, variant: Variant::Halved, case }),
+                    Err(refusal) => refused(&mut row, hard, &refusal),
+                }
+            }
+            jobs.push(Job { row: number, variant: Variant::AsItIs, case });
+            if let Some(changes) = limit.map(|limit| &limit.from).filter(|changes| !changes.is_empty()) {
+                match hard.build(pair, changes, 1.0 / hard.times_step) {
+                    Ok(case) => jobs.push(Job { row: number, variant: Variant::AtLimit, case }),
+                    Err(refusal) => refused(&mut row, hard, &refusal),
+                }
+            }
+        }
+        Err(refusal) => refused(&mut row, hard, &refusal),
+    }
+    (row, jobs)
+}
+
+/// A refusal is right where the case names its place.
+fn refused(row: &mut Row, hard: &Hard, refusal: &crate::problems::Problems) {
+    let expected = |place: &str| hard.refusals.contains(&place);
+    let right = refusal.list.iter().all(|problem| expected(&problem.place));
+    row.verdict = if right { Verdict::Refused } else { Verdict::Breaks };
+    row.notes.extend(
+        refusal.list.iter().map(|problem| {
+            format!("{}: found {}; allowed: {}", problem.place, problem.found, problem.allowed)
+        }),
+    );
+}
+
+/// Sets what was measured against the bounds.
+fn judge(row: &mut Row, limit: Option<&Limit>) {
+    let Some(measured) = &row.measured else { return };
+    let broken = measured.broken(&row.bounds);
+    let halved = row.halved.as_ref().map(|halved| halved.broken(&row.bounds)).unwrap_or_default();
+    let at_limit = row.at_limit.as_ref().map(|at_limit| at_limit.broken(&row.bounds));
+    row.notes.extend(broken.iter().cloned());
+    row.notes.extend(halved.iter().map(|broken| format!("at half the step: {broken}")));
+    row.verdict = match (broken.is_empty() && halved.is_empty(), limit) {
+        _ if row.verdict == Verdict::Breaks => Verdict::Breaks,
+        (true, _) => Verdict::Holds,
+        (false, None) => Verdict::Breaks,
+        (false, Some(limit)) => match at_limit {
+            Some(broken) if broken.is_empty() => {
+                row.notes.push(format!("holds from {}", limit.words()));
+                Verdict::HoldsFrom
+            }
+            Some(broken) => {
+                let limit = limit.words();
+                row.notes.extend(broken.iter().map(|broken| format!("with {limit}: {broken}")));
+                Verdict::Breaks
+            }
+            None => Verdict::DoesNotHold,
+        },
+    };
+}
+
+/// Names of the pairs, the default first.
+pub fn pairs() -> Vec<&'static str> {
+    solver::PAIRS.iter().map(|pair| pair.2).collect()
+}
+
+impl Hard {
+    /// The checked case under `pair`, with further `changes`, at `share` of its step.
+    ///
+    /// A limit is at the pair's own step, or at the one that its changes name.
+    ///
+    /// # Errors
+    /// What the checks refuse.
+    pub fn build(&self, pair: &str, changes: &[&str], share: f64) -> Result<Case, crate::problems::Problems> {
+        let mut source = Source {
+            name: self.name.into(),
+            input: self.name.into(),
+            folder: None,
+            json: self.scene.clone(),
+            limits: Limits::default(),
+        };
+        let (cables, contact) = pair.split_once('+').unwrap_or((pair, ""));
+        let mut all = vec![format!("solver.cables={cables}"), format!("solver.contact={contact}")];
+        all.extend(changes.iter().map(|&change| change.to_owned()));
+        source.set(&all)?;
+        let mut case = Case::build(&source)?;
+        let factor = share * self.times_step;
+        if factor != 1.0 {
+            // The pair's own step is known only now.
+            let step = case.scene.solver.step_s.map_or(case.pace.step, |step| step.0);
+            source.set(&[format!("solver.step_s={:e}", factor * step)])?;
+            case = Case::build(&source)?;
+        }
+        if let Some(start) = self.start {
+            start(&mut case);
+        }
+        Ok(case)
+    }
+}

@@ -1,0 +1,81 @@
+//! The hard cases.
+
+mod cables;
+mod contacts;
+mod extremes;
+mod long;
+
+use serde_json::{Value, json};
+
+use super::hard::Hard;
+
+/// Why pairs whose step is that of an explicit force are left out of long cases.
+const TOO_LONG: &str =
+    "not run: the engine moves at the step of an explicit contact force, which takes minutes";
+
+/// Why a penalty force overlaps.
+const SOFT: &str =
+    "a penalty force is as soft as knot and target are: heavy bullets press their Hertz depth into it";
+
+/// All cases, theme by theme.
+pub fn all() -> Vec<Hard> {
+    [cables::cases(), contacts::cases(), long::cases(), extremes::cases()].concat()
+}
+
+/// A net of `meshes` squared with sides of `mesh` metres of 1 mm nylon, folded to a tenth, shot at
+/// 25 degrees.
+fn net(meshes: u32, mesh: f64, bullet_mass: f64, speed: f64, duration: f64) -> Value {
+    json!({
+        "title": "hard case", "duration_s": duration,
+        "net": { "meshes": [meshes, meshes], "mesh_length_m": mesh, "bullet_mass_kg": bullet_mass,
+                 "cable": { "material": "nylon", "diameter_m": 0.001 }, "fold": { "scheme": "scaled", "ratio": 0.1 } },
+        "launch": { "speed_m_s": speed, "angle_deg": 25.0 },
+        "capture": { "hold_s": 0.0 },
+        // Nothing is recorded; the checks count frames.
+        "output": { "sample_s": duration }
+    })
+}
+
+/// A net of 6 x 6 meshes meets a free box off its centre, opened half-way, within 0.25 s.
+fn small_capture() -> Value {
+    let mut scene = net(6, 0.07, 0.03, 5.0, 0.25);
+    scene["net"]["fold"]["ratio"] = json!(0.3);
+    with_target(
+        scene,
+        json!({ "cuboid": [0.1, 0.16, 0.1] }),
+        0.35,
+        json!({
+        "mass_kg": 0.5, "offset_m": [0.01, 0.02], "spin_rad_s": [0.5, 0.2, 1.0] }),
+    )
+}
+
+/// `scene` with a target of one part, `distance` away, and what else is said of it.
+fn with_target(mut scene: Value, part: Value, distance: f64, more: Value) -> Value {
+    scene["target"] = json!({ "shape": { "parts": [part] }, "distance_m": distance });
+    merge(&mut scene["target"], more);
+    scene
+}
+
+/// Puts the members of `from` into `into`, those of objects within each other.
+fn merge(into: &mut Value, from: Value) {
+    match (into, from) {
+        (Value::Object(into), Value::Object(from)) => {
+            for (key, value) in from {
+                merge(into.entry(key).or_insert(Value::Null), value);
+            }
+        }
+        (into, from) => *into = from,
+    }
+}
+
+/// `scene` with what `change` says.
+fn with(mut scene: Value, change: Value) -> Value {
+    merge(&mut scene, change);
+    scene
+}
+
+/// A cable material of the given stiffness [Pa], as dense as nylon, that does not break.
+fn material(young_modulus: f64) -> Value {
+    json!({ "young_modulus_pa": young_modulus, "density_kg_m3": 1150.0, "tensile_strength_pa": 1e9,
+            "elongation_at_break": 0.1 })
+}

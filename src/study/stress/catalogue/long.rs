@@ -1,0 +1,120 @@
+//! What lasts: spin, jams, a million steps.
+
+use serde_json::{Value, json};
+
+use super::{SOFT, TOO_LONG, net, with, with_target};
+use crate::study::stress::hard::{Hard, Theme};
+
+/// Measured over the minute: 1.4e-2 at the limit of 5 N, 1.8e-4 clamped.
+const THREAD: &str =
+    "a thread that pulls on knots which other rows hold costs angular momentum, step by step";
+
+/// The cases.
+pub fn cases() -> Vec<Hard> {
+    [spins().to_vec(), jams().to_vec(), vec![million_steps()]].concat()
+}
+
+fn spins() -> [Hard; 4] {
+    let long_box = json!({ "cuboid": [0.1, 0.3, 0.1] });
+    let into = |spin: Value, duration: f64| {
+        let net = with(net(6, 0.1, 0.03, 3.0, duration), json!({ "net": { "fold": { "ratio": 0.3 } } }));
+        with_target(net, long_box.clone(), 0.4, json!({ "mass_kg": 3.5, "spin_rad_s": spin }))
+    };
+    [
+        Hard::new(
+            Theme::HighSpin,
+            "spin-10-rad-s",
+            "a tumbling box beats the net about",
+            into(json!([10.0, 0.0, 0.0]), 1.0),
+        ),
+        Hard::new(
+            Theme::HighSpin,
+            "spin-30-rad-s",
+            "its ends move at three times the speed of the shot",
+            into(json!([30.0, 0.0, 0.0]), 1.0),
+        )
+        .limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e8"]),
+        Hard::new(
+            Theme::HighSpin,
+            "winding-up",
+            "a box that spins about its long axis winds the net up by friction",
+            with(
+                into(json!([0.0, 15.0, 0.0]), 2.0),
+                json!({ "effects": { "friction": { "coefficient": 0.5 } } }),
+            ),
+        )
+        .limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e8"]),
+        Hard::new(
+            Theme::HighSpin,
+            "middle-axis-300-s",
+            "a body that tumbles about its middle axis flips over and over, for 300 s",
+            with_target(
+                net(1, 0.1, 0.01, 0.0, 300.0),
+                json!({ "cuboid": [2.0, 6.0, 3.0] }),
+                1000.0,
+                json!({ "mass_kg": 8226.0, "spin_rad_s": [0.001, 0.001, 1.0] }),
+            ),
+        )
+        .at_times_step(2.0)
+        .once(),
+    ]
+}
+
+fn jams() -> [Hard; 3] {
+    let cube = json!({ "cuboid": [0.2, 0.2, 0.2] });
+    // Meshes of 0.2 m: the explicit step is long enough for a minute.
+    let shot = with(net(4, 0.2, 0.05, 3.0, 60.0), json!({ "net": { "fold": { "ratio": 0.4 } } }));
+    let caught = with_target(shot, cube, 0.3, json!({ "mass_kg": 5.0, "spin_rad_s": [0.3, 0.2, 0.1] }));
+    let closing = |layout: &str, tension: f64| {
+        json!({ "effects": { "closing": { "layout": layout, "trigger": { "on": "time", "at_s": 0.3 },
+                "reel_speed_m_s": 0.5, "max_tension_n": tension, "stop_share": 0.0 } } })
+    };
+    [
+        Hard::new(
+            Theme::Jam,
+            "winch-at-its-limit",
+            "the winches pull at their largest tension for a minute, and nothing gives way",
+            with(caught.clone(), closing("tube", 5.0)),
+        )
+        .once()
+        .limited("joints+rapier", THREAD, &[]),
+        Hard::new(
+            Theme::Jam,
+            "clamped-between-threads",
+            "threads from bullet to bullet press the target from both sides at 20 N",
+            with(caught.clone(), closing("free", 20.0)),
+        )
+        .once()
+        .limited("joints+rapier", THREAD, &[]),
+        Hard::new(
+            Theme::Jam,
+            "wadded",
+            "the whole net lies on the target in a wad for a minute, held by friction",
+            with(caught, json!({ "effects": { "friction": { "coefficient": 0.3 } } })),
+        )
+        .once(),
+    ]
+    .map(|case| case.not_run("joints+penalty", TOO_LONG))
+}
+
+fn million_steps() -> Hard {
+    let shot = with(
+        net(2, 0.2, 0.05, 0.2, 500.0),
+        json!({ "net": { "fold": { "ratio": 0.5 }, "cable": { "material": "nylon" } } }),
+    );
+    let scene = with_target(
+        shot,
+        json!({ "cuboid": [0.1, 0.1, 0.1] }),
+        0.1,
+        json!({
+        "mass_kg": 0.5, "spin_rad_s": [0.05, 0.02, 0.03] }),
+    );
+    Hard::new(
+        Theme::LongRun,
+        "million-steps",
+        "a slack net drifts about a captured target for a million steps: nothing may creep",
+        scene,
+    )
+    .once()
+    .not_run("joints+penalty", TOO_LONG)
+}

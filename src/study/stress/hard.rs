@@ -1,0 +1,191 @@
+//! What a hard case is: a scene, why it is hard, and the numbers that must hold.
+
+use serde_json::Value;
+
+use super::measure::Numbers;
+use crate::case::Case;
+
+/// The limit of a pair that holds a case at the step which it takes by itself.
+pub const OWN_STEP: &str = "solver.step_s=null";
+
+/// What a case is an example of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Theme {
+    /// From soft to stiff cables, from short to long steps.
+    Stiffness,
+    /// Heavy on light.
+    MassRatio,
+    /// Cables that go taut at speed.
+    Snap,
+    /// Parts thinner than a step is long.
+    ThinParts,
+    /// Where the normal jumps.
+    Edges,
+    /// Fast targets.
+    HighSpin,
+    /// Nothing gives way.
+    Jam,
+    /// A start that overlaps.
+    Overlap,
+    /// Many contacts at once.
+    ManyContacts,
+    /// Very small, very large, far away.
+    Scale,
+    /// A million steps.
+    LongRun,
+    /// Steps that are too large for the method.
+    LargeStep,
+    /// Ten thousand knots.
+    Size,
+}
+
+impl Theme {
+    /// In words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Theme::Stiffness => "stiffness",
+            Theme::MassRatio => "mass ratio",
+            Theme::Snap => "snap",
+            Theme::ThinParts => "thin parts",
+            Theme::Edges => "edges and corners",
+            Theme::HighSpin => "high spin",
+            Theme::Jam => "jam",
+            Theme::Overlap => "overlap at the start",
+            Theme::ManyContacts => "many contacts",
+            Theme::Scale => "scale",
+            Theme::LongRun => "long run",
+            Theme::LargeStep => "large step",
+            Theme::Size => "size",
+        }
+    }
+}
+
+/// A hard case.
+#[derive(Clone)]
+pub struct Hard {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is an example of.
+    pub theme: Theme,
+    /// Why it is hard, in a sentence.
+    pub why: &'static str,
+    /// The scene; the pair of cables and contact is put in.
+    pub scene: Value,
+    /// The step over that which a pair takes by itself [-].
+    pub times_step: f64,
+    /// A start that no scene can ask for.
+    pub start: Option<fn(&mut Case)>,
+    /// What must hold.
+    pub bounds: Numbers,
+    /// Static tension in every cable whose strain the strain is measured against [N]; without, the
+    /// strain of the one cable that takes all energy there is.
+    pub static_tension_n: Option<f64>,
+    /// Whether it must hold at half the step, too.
+    pub halves: bool,
+    /// Places where the checks may refuse it.
+    pub refusals: Vec<&'static str>,
+    /// Pairs that do not hold it.
+    pub limits: Vec<Limit>,
+}
+
+/// A pair that does not hold a case.
+#[derive(Clone)]
+pub struct Limit {
+    /// The pair.
+    pub pair: &'static str,
+    /// Why, in a sentence.
+    pub why: &'static str,
+    /// Changes of the scene with which it holds; none: no such are known.
+    pub from: Vec<&'static str>,
+    /// Whether it is not even run.
+    pub not_run: bool,
+}
+
+impl Limit {
+    /// The changes in words.
+    pub fn words(&self) -> String {
+        let word = |&change: &&'static str| match change {
+            OWN_STEP => "the step that it takes by itself",
+            change => change,
+        };
+        self.from.iter().map(word).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Hard {
+    /// A case with the bounds that apply to all.
+    pub fn new(theme: Theme, name: &'static str, why: &'static str, scene: Value) -> Hard {
+        Hard {
+            name,
+            theme,
+            why,
+            scene,
+            times_step: 1.0,
+            start: None,
+            bounds: Numbers::BOUNDS,
+            static_tension_n: None,
+            halves: true,
+            refusals: Vec::new(),
+            limits: Vec::new(),
+        }
+    }
+
+    /// At a multiple of the step that the pair takes by itself.
+    pub fn at_times_step(mut self, factor: f64) -> Hard {
+        self.times_step = factor;
+        self
+    }
+
+    /// From a start that no scene can ask for.
+    pub fn starting(mut self, start: fn(&mut Case)) -> Hard {
+        self.start = Some(start);
+        self
+    }
+
+    /// With other bounds.
+    pub fn bounded(mut self, change: impl FnOnce(&mut Numbers)) -> Hard {
+        change(&mut self.bounds);
+        self
+    }
+
+    /// Not at half the step, for its cost.
+    pub fn once(mut self) -> Hard {
+        self.halves = false;
+        self
+    }
+
+    /// Refused by the checks at one of `places`, or else it must hold.
+    pub fn may_be_refused_at(mut self, places: &[&'static str]) -> Hard {
+        self.refusals.extend(places);
+        self
+    }
+
+    /// With a known static answer: strains at most `factor` times that of `tension` [N].
+    pub fn with_static_tension(mut self, tension: f64, factor: f64) -> Hard {
+        self.static_tension_n = Some(tension);
+        self.bounds.strain = Some(factor);
+        self
+    }
+
+    /// `pair` holds it only with the changes `from`, and why.
+    pub fn limited(mut self, pair: &'static str, why: &'static str, from: &[&'static str]) -> Hard {
+        self.limits.push(Limit { pair, why, from: from.to_vec(), not_run: false });
+        self
+    }
+
+    /// Both pairs with a penalty force hold it only with the changes `from`, and why.
+    pub fn limited_with_penalty(self, why: &'static str, from: &[&'static str]) -> Hard {
+        self.limited("joints+penalty", why, from).limited("explicit+penalty", why, from)
+    }
+
+    /// `pair` is not run, and why.
+    pub fn not_run(mut self, pair: &'static str, why: &'static str) -> Hard {
+        self.limits.push(Limit { pair, why, from: Vec::new(), not_run: true });
+        self
+    }
+
+    /// The limit of `pair`, if it has one.
+    pub fn limit(&self, pair: &str) -> Option<&Limit> {
+        self.limits.iter().find(|limit| limit.pair == pair)
+    }
+}

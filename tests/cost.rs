@@ -1,0 +1,206 @@
+//! What accuracy costs: the study as a library and as a user runs it.
+
+mod common;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::below;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use tumblenet::cables::located;
+use tumblenet::case::Case;
+use tumblenet::run::Run;
+use tumblenet::study::cost::errors::Worth;
+use tumblenet::study::cost::{self, Request, Store, Study};
+
+/// Keeps nothing.
+struct Forgetful;
+
+impl Store for Forgetful {
+    fn known<T: DeserializeOwned>(&self, _: &Case, _: &str, _: usize) -> Option<T> {
+        None
+    }
+    fn keep<T: Serialize>(&self, _: &Case, _: &str, _: usize, _: &T) {}
+}
+
+fn study(scene: Value, budget_s: f64) -> Study {
+    let request = Request { budget_s, seed: 1, at_s: None };
+    cost::run(&common::source_of(scene), &request, &Forgetful, |_, _| {}).unwrap()
+}
+
+/// The oracle of the study against the one of the tests, which share no code.
+#[test]
+fn the_reference_flies_as_the_equations_say() {
+    let case = common::scene("deployment-kevlar", &[]);
+    let times: Vec<f64> = (0..=6).map(|i| 0.05 * f64::from(i)).collect();
+    let located = located::fly(&case.net, &times, 1e-12, || true);
+    let stepped = common::rk4_net(&case.net, 5e-6, &times);
+    assert_eq!(located.knots.len(), times.len());
+    for (bound, frame) in [(1e-6, 2), (2e-5, 4), (5e-5, 6)] {
+        let apart = |&bullet: &usize| (located.knots[frame][bullet] - stepped[frame][bullet]).norm();
+        let worst = case.net.bullets.iter().map(apart).fold(0.0, f64::max);
+        below(&format!("bullets at {} s, m", times[frame]), worst, bound); // measured 5e-8, 1e-6, 5e-6
+    }
+    // A tolerance a hundred times coarser moves no bullet by more than the coarser one's share.
+    let coarse = located::fly(&case.net, &times, 1e-10, || true);
+    let apart = |&bullet: &usize| (located.knots[4][bullet] - coarse.knots[4][bullet]).norm();
+    below("tolerance, m", case.net.bullets.iter().map(apart).fold(0.0, f64::max), 1e-7);
+    assert!(coarse.steps < located.steps && located.switches > 100, "{} {}", coarse.steps, located.steps);
+}
+
+/// Errors, front, counters and advice of a small deployment.
+#[test]
+fn a_study_measures_every_dial_against_the_reference() {
+    let found = study(common::small_scene(), 8.0);
+    let quality = found.reference.as_ref().expect("a small net has a reference");
+    assert!(
+        quality.windows.iter().all(|window| (0.0..=quality.horizon_s).contains(&window.end_s)),
+        "{quality:?}"
+    );
+    assert!(quality.runs.iter().all(|runs| *runs > 1), "{:?}", quality.runs);
+    assert!(quality.floor_m.windows(2).all(|pair| pair[0] <= pair[1]), "the floor only rises");
+
+    let written = &found.settings[0];
+    assert!(written.cost.is_some() && written.error(0).is_some(), "{written:?}");
+    // The front falls: dearer is more accurate.
+    let on_front = |label: &String| found.settings.iter().find(|one| one.label == *label).unwrap();
+    for (window, front) in found.fronts.iter().enumerate() {
+        let points: Vec<(f64, f64)> =
+            front.iter().map(|label| on_front(label).point(window).unwrap()).collect();
+        assert!(!points.is_empty());
+        assert!(points.windows(2).all(|pair| pair[0].0 <= pair[1].0 && pair[0].1 > pair[1].1), "{points:?}");
+        assert!(front.iter().all(|label| on_front(label).warnings.is_empty()));
+    }
+    assert!(found.advice.sentence.contains("before contact use"), "{}", found.advice.sentence);
+
+    // The same work again, whatever the time: counts are exact.
+    let again = study(common::small_scene(), 8.0);
+    let mut both = 0;
+    for (one, other) in found.settings.iter().zip(&again.settings) {
+        assert_eq!(one.label, other.label);
+        if let (Some(one), Some(other)) = (&one.worth, &other.worth) {
+            both += 1;
+            assert_eq!((one.counts, &one.deployment), (other.counts, &other.deployment));
+        }
+    }
+    assert!(both >= 1, "the scene as written is measured in any budget");
+}
+
+/// A dial turned the wrong way is said to be: measured gains of 0.5 and 5e-5 of the launch energy.
+#[test]
+fn a_step_that_gains_energy_is_warned_of() {
+    for (step, warned) in [("0.005", true), ("0.0005", false)] {
+        let case = common::scene("deployment-kevlar", &[&format!("solver.step_s={step}")]);
+        let run = Run::of(&case, |_| {}).unwrap();
+        let warnings = Worth::of(&case, &run, None).warnings(case.net.radius[0]);
+        assert_eq!(
+            warnings.iter().any(|words| words.contains("gains energy")),
+            warned,
+            "{step}: {warnings:?}"
+        );
+    }
+}
+
+fn program(arguments: &[&str], folder: &Path) -> Output {
+    let program = env!("CARGO_BIN_EXE_tumblenet");
+    Command::new(program).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A capture of half a second, so that all stages of the study have something to do.
+fn quick_capture() -> Value {
+    let mut scene = common::small_scene();
+    scene["duration_s"] = json!(0.3);
+    scene["target"] = json!({
+        "shape": { "parts": [{ "cuboid": [0.08, 0.25, 0.15] }] },
+        "distance_m": 0.3, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0]
+    });
+    scene["effects"] = json!({ "friction": { "coefficient": 0.2 } });
+    scene["capture"] = json!({ "hold_s": 0.05 });
+    scene
+}
+
+#[test]
+fn a_study_is_written_whole_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("quick.json");
+    std::fs::write(&scene, quick_capture().to_string()).unwrap();
+    let arguments = ["cost", "quick.json", "--budget", "10s", "--out", "out"];
+    let done = program(&arguments, folder.path());
+    assert!(done.status.success(), "{}", said(&done));
+    assert!(String::from_utf8_lossy(&done.stdout).contains("use"), "{done:?}");
+
+    let out = folder.path().join("out");
+    let read =
+        || -> Value { serde_json::from_slice(&std::fs::read(out.join("cost.json")).unwrap()).unwrap() };
+    let first = read();
+    assert!(first["reference"]["first_contact_s"].as_f64().unwrap() > 0.0);
+    assert!(first["verdicts"][0]["captured"]["of"].as_u64().unwrap() >= 2);
+    assert!(first["provenance"]["command"].as_str().unwrap().contains("cost quick.json"));
+    let refused = first["settings"].as_array().unwrap().iter().find(|one| one["label"] == "explicit+rapier");
+    assert!(refused.unwrap()["without"].as_str().unwrap().starts_with("refused"));
+
+    let mut rows = csv::Reader::from_path(out.join("cost.csv")).unwrap();
+    assert_eq!(rows.records().count(), first["settings"].as_array().unwrap().len());
+    let page = std::fs::read_to_string(out.join("cost.html")).unwrap();
+    assert!(!page.contains("{{") && page.contains("The engine is built with"));
+    for name in ["work-precision", "trust", "verdicts", "stability"] {
+        let svg = std::fs::read_to_string(out.join(name).with_extension("svg")).unwrap();
+        assert!(!svg.contains("NaN") && !svg.contains("inf\""), "{name}");
+        assert!(page.contains(&svg), "{name} stands in the page");
+    }
+
+    // What was measured is not measured again: times and all.
+    assert!(program(&arguments, folder.path()).status.success());
+    let again = read();
+    assert_eq!(again["settings"][0]["cost"]["least"], first["settings"][0]["cost"]["least"]);
+    assert_eq!(again["settings"][0]["worth"]["counts"], first["settings"][0]["worth"]["counts"]);
+}
+
+#[test]
+fn an_accuracy_chooses_the_solver_and_a_word_of_ones_own_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = ["--set", "duration_s=0.2", "--set", "expect=null", "--format", "json"];
+    let run = |more: &[&str]| {
+        let all: Vec<&str> = ["run", "deployment-kevlar"].iter().chain(more).chain(&short).copied().collect();
+        program(&all, folder.path())
+    };
+    let done = run(&["--accuracy", "1mm"]);
+    assert!(done.status.success(), "{}", said(&done));
+    assert!(said(&done).contains("measured on"), "{}", said(&done));
+    let summary: Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(summary["solver"]["cables"], "explicit");
+
+    let own = run(&["--accuracy", "fast", "--set", "solver.substeps=3", "--set", "solver.sweeps=7"]);
+    let summary: Value = serde_json::from_slice(&own.stdout).unwrap();
+    assert_eq!((&summary["solver"]["substeps"], &summary["solver"]["sweeps"]), (&json!(3), &json!(7)));
+
+    let refused = run(&["--accuracy", "1e-9mm"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(said(&refused).contains("at least"), "{}", said(&refused));
+}
+
+#[test]
+fn bad_arguments_end_with_status_2_and_say_what_is_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&[&str], &str); 7] = [
+        (&["cost", "nowhere"], "a built-in scene"),
+        (&["cost"], "required"),
+        (&["cost", "deployment-kevlar", "--budget", "soon"], "as in 60s"),
+        (&["cost", "deployment-kevlar", "--budget", "0s"], "at least 1 s"),
+        (&["cost", "deployment-kevlar", "--at", "-1"], "--at"),
+        (&["cost", "--collect", "nowhere.json"], "cost.json of a study"),
+        (&["run", "cubesat-free", "--accuracy", "very"], "fast, standard, fine"),
+    ];
+    for (arguments, words) in cases {
+        let done = program(arguments, folder.path());
+        assert_eq!(done.status.code(), Some(2), "{arguments:?}");
+        assert!(said(&done).contains(words), "{words:?} not in {:?}", said(&done));
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
+}

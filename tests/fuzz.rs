@@ -1,0 +1,298 @@
+//! No input makes the program panic, hang or eat the memory: valid scenes, shapes, meshes and
+//! arguments, spoilt at random, and bytes of no meaning. What passes the checks takes a few steps.
+//!
+//! A short seeded round runs with the tests. The long one:
+//! `FUZZ=100000 cargo test --release --test fuzz -- --nocapture`; `FUZZ_FROM=N` starts at input N.
+
+#[path = "common/mutate.rs"]
+mod mutate;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use mutate::{noise, pick, spoil, spoil_bytes};
+use peak_alloc::PeakAlloc;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+use tumblenet::assets::Kind;
+use tumblenet::case::Case;
+use tumblenet::limits::Limits;
+use tumblenet::problems::Problems;
+use tumblenet::scene::Source;
+use tumblenet::simulation::Simulation;
+use tumblenet::study::compare::variants::variants;
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// Most memory that an input may take [MiB].
+const MOST_MEMORY: f32 = 1024.0;
+
+/// Longest that an input may take, checked in the long round on a machine that has nothing else to do.
+const LONGEST: Duration = Duration::from_secs(2);
+
+/// What the inputs are made of.
+struct Stock {
+    /// Valid scenes, as written and with every default filled in.
+    scenes: Vec<Value>,
+    /// Valid shapes.
+    shapes: Vec<Value>,
+    /// Valid meshes and the endings of their names.
+    meshes: Vec<(Vec<u8>, &'static str)>,
+}
+
+impl Stock {
+    fn new() -> Stock {
+        let parsed = |text: &str| serde_json::from_str::<Value>(text).unwrap();
+        let mut scenes: Vec<Value> =
+            Kind::Scene.names().iter().filter_map(|name| Kind::Scene.text(name)).map(parsed).collect();
+        for (name, changes) in [
+            ("cubesat-spin-x-2.0-tube", vec!["effects.friction.coefficient=0.3"]),
+            ("cubesat-free", vec!["solver.cables=explicit", "solver.contact=penalty"]),
+            ("stage-spin-x-1.1-tube", vec!["effects.closing.layout=cinch", "solver.flight=explicit"]),
+            ("ball-fixed", vec!["solver.contact=impulse", "solver.precision=f32", "net.middle_knots=1"]),
+        ] {
+            let changes: Vec<String> = changes.into_iter().map(str::to_owned).collect();
+            let case = Case::load(name, &changes).unwrap_or_else(|problems| panic!("{problems}"));
+            scenes.push(serde_json::to_value(&case.scene).unwrap());
+        }
+        let mut shapes: Vec<Value> =
+            Kind::Shape.names().iter().filter_map(|name| Kind::Shape.text(name)).map(parsed).collect();
+        let round = json!({ "radius_m": 0.1, "length_m": 0.3 });
+        shapes.push(json!({ "parts": [
+            { "cuboid": [0.1, 0.2, 0.3], "mass_kg": 1.0, "attitude_deg": [10, 20, 30] },
+            { "cylinder": round, "position_m": [0.3, 0, 0] }, { "capsule": round, "position_m": [0, 0, 0.4] },
+            { "ball": { "radius_m": 0.1 } },
+            { "convex": { "points_m": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]] } },
+            { "mesh": { "file": "mesh.obj", "unit_m": 0.1 }, "position_m": [1, 0, 0] }
+        ], "inertia_kg_m2": [[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]] }));
+        for shape in &shapes {
+            let mut scene = scenes[1].clone();
+            scene["target"]["shape"] = shape.clone();
+            scenes.push(scene);
+        }
+        Stock { scenes, shapes, meshes: meshes() }
+    }
+}
+
+/// A tetrahedron, an L and a rough ball as OBJ, the tetrahedron as both kinds of STL.
+fn meshes() -> Vec<(Vec<u8>, &'static str)> {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0_f32]];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let mut obj = String::from("# tetrahedron\no body\n");
+    corners.iter().for_each(|[x, y, z]| obj += &format!("v {x} {y} {z}\n"));
+    faces.iter().for_each(|[a, b, c]| obj += &format!("f {}/1/1 {}//2 {}\n", a + 1, b + 1, c + 1));
+    let mut text = String::from("solid body\n");
+    let mut binary = vec![0; 80];
+    binary.extend(4_u32.to_le_bytes());
+    for face in faces {
+        text += "facet normal 0 0 0\nouter loop\n";
+        binary.extend([0; 12]);
+        for corner in face {
+            let [x, y, z] = corners[corner];
+            text += &format!("vertex {x} {y} {z}\n");
+            corners[corner].iter().for_each(|x| binary.extend(x.to_le_bytes()));
+        }
+        text += "endloop\nendfacet\n";
+        binary.extend([0; 2]);
+    }
+    text += "endsolid body\n";
+
+    let outline = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]];
+    let mut l_shape = String::new();
+    for y in 0..2 {
+        outline.iter().for_each(|[x, z]| l_shape += &format!("v {x} {y} {z}\n"));
+    }
+    l_shape += "f 1 2 3 4 5 6\nf 12 11 10 9 8 7\n";
+    for i in 0..6 {
+        let next = (i + 1) % 6;
+        l_shape += &format!("f {} {} {} {}\n", i + 1, i + 7, next + 7, next + 1);
+    }
+
+    let (rows, columns) = (8, 12);
+    let mut ball = String::from("v 0 -1 0\nv 0 1 0\n");
+    for row in 1..rows {
+        for column in 0..columns {
+            let (sin, cos) = (std::f32::consts::PI * row as f32 / rows as f32).sin_cos();
+            let turn = std::f32::consts::TAU * column as f32 / columns as f32;
+            let radius = if (row + column) % 3 == 0 { 0.7 } else { 1.0 };
+            let (x, y, z) = (radius * sin * turn.cos(), -radius * cos, radius * sin * turn.sin());
+            ball += &format!("v {x} {y} {z}\n");
+        }
+    }
+    let at = |row: usize, column: usize| 3 + (row - 1) * columns + column % columns;
+    for column in 0..columns {
+        ball += &format!("f 1 {} {}\n", at(1, column), at(1, column + 1));
+        ball += &format!("f 2 {} {}\n", at(rows - 1, column + 1), at(rows - 1, column));
+        for row in 1..rows - 1 {
+            let [a, b, c, d] =
+                [at(row, column), at(row + 1, column), at(row + 1, column + 1), at(row, column + 1)];
+            ball += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    vec![
+        (obj.into_bytes(), "obj"),
+        (l_shape.into_bytes(), "obj"),
+        (ball.into_bytes(), "obj"),
+        (text.into_bytes(), "stl"),
+        (binary, "stl"),
+    ]
+}
+
+/// What became of an input.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// Refused in words.
+    Refused,
+    /// Passed the checks, and took its steps.
+    Passed,
+}
+
+fn outcome<T>(result: Result<T, Problems>, go_on: impl FnOnce(T)) -> Outcome {
+    match result {
+        Ok(value) => {
+            go_on(value);
+            Outcome::Passed
+        }
+        Err(problems) => {
+            assert!(!problems.list.is_empty());
+            assert!(problems.to_string().len() < 1 << 20);
+            Outcome::Refused
+        }
+    }
+}
+
+/// A few steps of what passed the checks, where they are not dear.
+fn steps(case: Case) {
+    let solver = &case.scene.solver;
+    let rounds = u64::from(solver.sweeps_max.max(solver.snap_passes)) * u64::from(case.pace.substeps);
+    let parts = case.target.as_ref().map_or(0, |target| target.parts.len());
+    if rounds.saturating_mul(case.net.n_knots() as u64) > 1_000_000 || parts > 100 {
+        return;
+    }
+    let mut simulation = Simulation::new(&case);
+    for _ in 0..5.min(case.n_steps()) {
+        if simulation.step().is_err() {
+            break; // told with time and stage
+        }
+    }
+}
+
+/// Input number `number`: made, read, checked.
+fn feed(stock: &Stock, number: u64, folder: &Path) -> Outcome {
+    let mut random = ChaCha8Rng::seed_from_u64(number);
+    let random = &mut random;
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
+    let source = |json: Value| Source {
+        name: "fuzz".into(),
+        input: "fuzz".into(),
+        folder: Some(folder.to_path_buf()),
+        json,
+        limits: Limits::default(),
+    };
+    let with_shape = |shape: Value| {
+        let mut scene = stock.scenes[1].clone();
+        scene["target"]["shape"] = shape;
+        source(scene)
+    };
+    let (mesh, ending) = pick(&stock.meshes, random);
+    write("mesh.obj", &stock.meshes[0].0);
+    write("mesh.stl", &stock.meshes[4].0);
+    match random.random_range(0..20) {
+        0..=8 => {
+            let mut scene = pick(&stock.scenes, random).clone();
+            spoil(&mut scene, &stock.scenes, random);
+            outcome(Case::build(&source(scene)), steps)
+        }
+        9..=11 => {
+            let mut shape = pick(&stock.shapes, random).clone();
+            spoil(&mut shape, &stock.shapes, random);
+            outcome(Case::build(&with_shape(shape)), steps)
+        }
+        12 | 13 => {
+            let mut bytes = pick(&stock.shapes, random).to_string().into_bytes();
+            spoil_bytes(&mut bytes, random);
+            write("shape.json", &bytes);
+            outcome(Case::build(&with_shape(json!("shape.json"))), steps)
+        }
+        14 | 15 => {
+            let mut bytes = mesh.clone();
+            spoil_bytes(&mut bytes, random);
+            write(&format!("mesh.{ending}"), &bytes);
+            let file = format!("mesh.{}", if random.random_bool(0.9) { ending } else { "obj" });
+            outcome(Case::build(&with_shape(json!({ "parts": [{ "mesh": { "file": file } }] }))), steps)
+        }
+        16 | 17 => {
+            let mut bytes = pick(&stock.scenes, random).to_string().into_bytes();
+            if random.random_bool(0.5) {
+                spoil_bytes(&mut bytes, random);
+            } else {
+                bytes = noise(random);
+            }
+            write("scene.json", &bytes);
+            outcome(Case::load(&folder.join("scene.json").to_string_lossy(), &[]), steps)
+        }
+        18 => {
+            let mut change =
+                pick(&["solver.step_s=1e-4", "net.meshes.0=3", "target=null"], random).as_bytes().to_vec();
+            spoil_bytes(&mut change, random);
+            outcome(Case::load("cubesat-free", &[String::from_utf8_lossy(&change).into_owned()]), steps)
+        }
+        _ => {
+            let mut vary = pick(&["solver.substeps=1,2", "target.spin_rad_s=[0,0,1],[1,0,0]"], random)
+                .as_bytes()
+                .to_vec();
+            let mut solvers = b"joints+rapier".to_vec();
+            spoil_bytes(if random.random_bool(0.5) { &mut vary } else { &mut solvers }, random);
+            let [vary, solvers] = [vary, solvers].map(|bytes| [String::from_utf8_lossy(&bytes).into_owned()]);
+            outcome(variants(&source(stock.scenes[1].clone()), Some(&solvers), &vary), |_| {})
+        }
+    }
+}
+
+#[test]
+fn spoilt_inputs_end_in_words() {
+    let asked = |name: &str| std::env::var(name).ok().map(|value| value.parse::<u64>().unwrap());
+    let (long, from) = (asked("FUZZ"), asked("FUZZ_FROM").unwrap_or(0));
+    let count = long.unwrap_or(1000);
+    let stock = Stock::new();
+    let folder = tempfile::tempdir().unwrap();
+    let (mut passed, mut faults) = (0, Vec::new());
+    let (mut slowest, mut largest) = ((Duration::ZERO, 0), (0.0, 0));
+    let started = Instant::now();
+    for number in from..from + count {
+        MEMORY.reset_peak_usage();
+        let before = MEMORY.current_usage_as_mb();
+        let begun = Instant::now();
+        let fed = catch_unwind(AssertUnwindSafe(|| feed(&stock, number, folder.path())));
+        let (time, memory) = (begun.elapsed(), MEMORY.peak_usage_as_mb() - before);
+        match fed {
+            Ok(outcome) => passed += u64::from(outcome == Outcome::Passed),
+            Err(_) => faults.push(format!("input {number} panics")),
+        }
+        if long.is_some() && time > LONGEST {
+            faults.push(format!("input {number} takes {time:.1?}"));
+        }
+        if memory > MOST_MEMORY {
+            faults.push(format!("input {number} takes {memory} MiB"));
+        }
+        slowest = slowest.max((time, number));
+        if memory > largest.0 {
+            largest = (memory, number);
+        }
+    }
+    println!(
+        "{count} inputs from {from} in {:.0?}: {passed} passed the checks; slowest {:.2?} (input {}), \
+         most memory {:.0} MiB (input {})",
+        started.elapsed(),
+        slowest.0,
+        slowest.1,
+        largest.0,
+        largest.1
+    );
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    // Both sides of the checks are visited.
+    assert!(passed > count / 50 && passed < count, "{passed} of {count}");
+}
