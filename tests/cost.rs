@@ -47,7 +47,13 @@ fn the_reference_flies_as_the_equations_say() {
     let coarse = located::fly(&case.net, &times, 1e-10, || true);
     let apart = |&bullet: &usize| (located.knots[4][bullet] - coarse.knots[4][bullet]).norm();
     below("tolerance, m", case.net.bullets.iter().map(apart).fold(0.0, f64::max), 1e-7);
-    assert!(coarse.steps < located.steps && located.switches > 100, "{} {}", coarse.steps, located.steps);
+    assert!(
+        coarse.steps < located.steps && located.switches > 20,
+        "{} {} {}",
+        coarse.steps,
+        located.steps,
+        located.switches
+    );
 }
 
 /// Errors, front, counters and advice of a small deployment.
@@ -73,7 +79,7 @@ fn a_study_measures_every_dial_against_the_reference() {
         assert!(points.windows(2).all(|pair| pair[0].0 <= pair[1].0 && pair[0].1 > pair[1].1), "{points:?}");
         assert!(front.iter().all(|label| on_front(label).warnings.is_empty()));
     }
-    assert!(found.advice.sentence.contains("before contact use"), "{}", found.advice.sentence);
+    assert!(found.advice.sentence.contains("before contact (known until"), "{}", found.advice.sentence);
 
     // The same work again, whatever the time: counts are exact.
     let again = study(common::small_scene(), 8.0);
@@ -88,18 +94,14 @@ fn a_study_measures_every_dial_against_the_reference() {
     assert!(both >= 1, "the scene as written is measured in any budget");
 }
 
-/// A dial turned the wrong way is said to be: measured gains of 0.5 and 5e-5 of the launch energy.
+/// A dial turned the wrong way is said to be: momentum residuals of 1e-6 and 3e-15.
 #[test]
-fn a_step_that_gains_energy_is_warned_of() {
-    for (step, warned) in [("0.005", true), ("0.0005", false)] {
-        let case = common::scene("deployment-kevlar", &[&format!("solver.step_s={step}")]);
+fn what_32_bits_lose_is_warned_of() {
+    for (precision, warned) in [("f32", true), ("f64", false)] {
+        let case = common::scene("deployment-kevlar", &[&format!("solver.precision={precision}")]);
         let run = Run::of(&case, |_| {}).unwrap();
         let warnings = Worth::of(&case, &run, None).warnings(case.net.radius[0]);
-        assert_eq!(
-            warnings.iter().any(|words| words.contains("gains energy")),
-            warned,
-            "{step}: {warnings:?}"
-        );
+        assert_eq!(warnings.iter().any(|words| words.contains("loses momentum")), warned, "{warnings:?}");
     }
 }
 

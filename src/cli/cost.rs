@@ -33,7 +33,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TIME", default_value = "90s", value_parser = budget)]
     budget: f64,
     /// Time up to which errors are quoted [s]; left out: as far as chaos lets them mean something.
-    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
+    #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = above_zero)]
     at: Option<f64>,
     /// Changes a value of the scene first, as `run` does.
     #[arg(long = "set", value_name = "PATH=VALUE")]

@@ -16,6 +16,7 @@ use super::{plots, results};
 use crate::study::cost::advice::{length, seconds};
 use crate::study::cost::dials::{AS_WRITTEN, Kind};
 use crate::study::cost::errors::{Counts, Worth};
+use crate::study::cost::verdicts::Agreement;
 use crate::study::cost::{Measured, Study};
 
 /// Columns of the page's table: name and unit.
@@ -184,10 +185,11 @@ pub fn text(study: &Study) -> String {
     if !study.verdicts.is_empty() {
         let mut rows = table(&["after contact", "captured", "quality", "time / s", "agrees"]);
         for verdicts in &study.verdicts {
-            let agrees = match verdicts.agrees {
-                None => "the finest",
-                Some(true) => "yes",
-                Some(false) => "no",
+            let agrees = match verdicts.agreement {
+                Agreement::Finest => "the finest",
+                Agreement::Agrees => "yes",
+                Agreement::Differs => "no",
+                Agreement::TooFew => "too few to tell",
             };
             rows.add_row(vec![
                 verdicts.label.clone(),

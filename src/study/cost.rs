@@ -288,11 +288,15 @@ fn knot_radius(case: &Case) -> f64 {
     case.net.radius.iter().copied().fold(0.0, f64::max)
 }
 
-/// Places of the front of a window: settings of the same equations without a warning.
+/// Places of the front of a window: settings of the method, without a warning. Another answer to
+/// contact changes nothing before it.
 fn front_of(measured: &[Measured], window: usize, floor: f64) -> Vec<usize> {
     let points: Vec<(f64, f64)> = measured
         .iter()
-        .map(|one| one.point(window).filter(|_| one.warnings.is_empty()).unwrap_or((f64::NAN, f64::NAN)))
+        .map(|one| {
+            let sound = one.kind == Kind::Method && one.warnings.is_empty();
+            one.point(window).filter(|_| sound).unwrap_or((f64::NAN, f64::NAN))
+        })
         .collect();
     front::front(&points, floor)
 }

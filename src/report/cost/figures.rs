@@ -8,6 +8,7 @@ use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colo
 use crate::study::cost::advice::{length, seconds};
 use crate::study::cost::dials::FAMILIES;
 use crate::study::cost::map::{Map, UNSTABLE};
+use crate::study::cost::verdicts::Agreement;
 use crate::study::cost::{Measured, Study};
 
 /// Families of the diagram that are one point or a bundle, not a line.
@@ -220,16 +221,17 @@ fn convergence(study: &Study) -> Figure {
 /// Shares captured and quality indices, with their intervals.
 fn verdicts(study: &Study) -> Figure {
     let names: Vec<String> = study.verdicts.iter().map(|verdicts| verdicts.label.clone()).collect();
-    let hue = |agrees: Option<bool>| match agrees {
-        None => INK,
-        Some(true) => colour(0),
-        Some(false) => colour(1),
+    let hue = |agreement: Agreement| match agreement {
+        Agreement::Finest => INK,
+        Agreement::Agrees => colour(0),
+        Agreement::Differs => colour(1),
+        Agreement::TooFew => MUTED,
     };
     let stroke = |points, colour, width| line(points, colour, width, false);
     let (mut shares, mut indices) = (Vec::new(), Vec::new());
     let mut widest = 0.0_f64;
     for (row, verdicts) in study.verdicts.iter().enumerate() {
-        let (y, hue) = (row as f64, hue(verdicts.agrees));
+        let (y, hue) = (row as f64, hue(verdicts.agreement));
         let [low, high] = verdicts.captured.interval_95.map(|bound| 100.0 * bound);
         shares.push(stroke(vec![(low, y), (high, y)], hue, 2));
         shares.push(Mark::Dot { at: (100.0 * verdicts.captured.share, y), colour: hue, shape: Dot::Full });
@@ -260,6 +262,7 @@ fn verdicts(study: &Study) -> Figure {
             key("the finest", INK, Swatch::Line),
             key("agrees with it", colour(0), Swatch::Line),
             key("another distribution", colour(1), Swatch::Line),
+            key("too few members to tell", MUTED, Swatch::Line),
         ];
         let x = Axis::fixed("capture quality index (0 is ideal)", 0.0, 1.05 * widest.max(f64::MIN_POSITIVE));
         vec![first, Panel::of_rows("Quality", names, x, 26, indices)]

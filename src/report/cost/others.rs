@@ -25,8 +25,8 @@ const OTHERS: [Other; 6] = [
     Other { name: "MuJoCo 4, tendon limits", cost: 0.11, error_m: 4.7e-3 },
     Other { name: "MuJoCo 4, hand-made damping", cost: 1.5, error_m: 1e-3 },
     Other { name: "Newton 1.8, own kernel", cost: 0.86, error_m: 1.1e-3 },
-    Other { name: "Exudyn 1.13", cost: 3.1, error_m: 1.0e-3 },
     Other { name: "compiled loop, explicit Euler", cost: 0.010, error_m: 2.6e-3 },
+    Other { name: "Exudyn 1.13", cost: 3.1, error_m: 1.0e-3 },
     Other { name: "compiled loop, half the step", cost: 0.020, error_m: 4.8e-4 },
 ];
 

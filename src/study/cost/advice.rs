@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Study;
 use super::dials::AS_WRITTEN;
-use super::verdicts::Verdicts;
+use super::verdicts::{Agreement, Verdicts};
 
 /// Accuracies that advice is given for [m].
 const LEVELS: [f64; 7] = [1e-2, 5e-3, 1e-3, 5e-4, 1e-4, 1e-5, 1e-6];
@@ -77,7 +77,8 @@ fn verdict(study: &Study) -> Option<&Verdicts> {
             one.label == verdicts.label && one.kind != super::dials::Kind::Model && one.warnings.is_empty()
         })
     };
-    let agreeing = study.verdicts.iter().filter(|verdicts| verdicts.agrees == Some(true)).filter(sound);
+    let agreeing =
+        study.verdicts.iter().filter(|verdicts| verdicts.agreement == Agreement::Agrees).filter(sound);
     agreeing.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
@@ -100,12 +101,12 @@ fn sentence(study: &Study, levels: &[Level], verdict: Option<&Verdicts>) -> Stri
             verdict.label,
             seconds(verdict.cost)
         )),
-        None if !study.verdicts.is_empty() => {
-            parts.push(
-                "for the verdict no cheaper setting agrees with the finest: keep the scene as written"
-                    .to_owned(),
-            );
+        None if study.verdicts.iter().any(|verdicts| verdicts.agreement == Agreement::TooFew) => {
+            parts.push("for the verdict alone a longer budget is needed: too few members".to_owned());
         }
+        None if !study.verdicts.is_empty() => parts.push(
+            "for the verdict no cheaper setting agrees with the finest: keep the scene as written".to_owned(),
+        ),
         None => {}
     }
     if let Some(written) = study.settings.iter().find(|one| one.family == AS_WRITTEN)

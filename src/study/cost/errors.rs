@@ -18,7 +18,7 @@ const RESIDUAL: f64 = 2e-2;
 /// The same of the angular momentum.
 const ANGULAR: f64 = 1e-3;
 /// The same of the momentum.
-const MOMENTUM: f64 = 1e-6;
+const MOMENTUM: f64 = 1e-9;
 
 /// Points along a cable at which it is looked for within the target.
 const POINTS: usize = 8;

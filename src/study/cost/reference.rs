@@ -148,7 +148,7 @@ pub struct Request {
 
 /// The reference for `base`, the case of `source`.
 ///
-/// Nothing when no two runs reached two frames in time.
+/// Nothing when no two runs of one integrator reached two frames in time.
 pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
     let started = Instant::now();
     let effects = base.scene.effects.build(&base.net, base.target.as_ref());
@@ -188,10 +188,14 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
     } else {
         ["Runge-Kutta 4".to_owned(), "symplectic".to_owned()]
     };
-    // An integrator that the scene refuses, or that was too slow, leaves the other one.
-    if groups[0].is_empty() {
+    // An integrator that the scene refuses, or that was too slow, leaves the other one. One run alone has
+    // no spread, hence no floor.
+    if groups[0].len() < 2 {
         groups.swap(0, 1);
         methods.swap(0, 1);
+    }
+    if groups[0].len() < 2 {
+        return None;
     }
     Reference::of(base, groups, methods, request)
 }
@@ -308,7 +312,7 @@ impl Reference {
         let ends = [
             ("before chaos", below(CLEAN)),
             (
-                "to the horizon",
+                if asked.is_some() { "as asked for" } else { "to the horizon" },
                 asked
                     .unwrap_or_else(|| below(TRUST))
                     .min(times.partition_point(|t| *t <= horizon) - 1)

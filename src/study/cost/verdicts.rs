@@ -70,9 +70,22 @@ pub struct Verdicts {
     pub failed: usize,
     /// Processor time per simulated second, median over the members [s/s].
     pub cost: f64,
-    /// Whether its intervals overlap those of the reference ensemble; absent for that one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub agrees: Option<bool>,
+    /// Whether it is told apart from the reference ensemble.
+    pub agreement: Agreement,
+}
+
+/// Whether a distribution is told apart from that of the reference ensemble.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Agreement {
+    /// It is the reference ensemble.
+    Finest,
+    /// Its intervals overlap.
+    Agrees,
+    /// They do not, or members failed.
+    Differs,
+    /// So few members have intervals that say nothing.
+    TooFew,
 }
 
 /// The distributions of the settings that may make a difference after contact, as many members of each
@@ -113,7 +126,7 @@ pub fn distributions(
         found.filter_map(|((label, _), members)| Verdicts::of(label, members)).collect();
     if let Some((finest, others)) = verdicts.split_first_mut() {
         for other in others {
-            other.agrees = Some(other.overlaps(finest));
+            other.agreement = other.against(finest);
         }
     }
     verdicts
@@ -184,21 +197,22 @@ impl Verdicts {
             through_mean: ends.iter().map(|end| end.through as f64).sum::<f64>() / ends.len() as f64,
             failed: members.len() - ends.len(),
             cost: costs[costs.len() / 2],
-            agrees: None,
+            agreement: Agreement::Finest,
         })
     }
 
-    /// Whether nothing tells it apart from `other`: the intervals of the share captured and of the
-    /// median quality index overlap.
-    pub fn overlaps(&self, other: &Verdicts) -> bool {
+    /// Whether it is told apart from `other`, by the share captured and the median quality index.
+    fn against(&self, other: &Verdicts) -> Agreement {
         let overlap = |a: [f64; 2], b: [f64; 2]| a[0] <= b[1] && b[0] <= a[1];
-        let open = |quantile: &Quantile| {
-            let [low, high] = quantile.interval_95;
-            [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)]
+        let both = |quantile: &Quantile| match quantile.interval_95 {
+            [Some(low), Some(high)] => Some([low, high]),
+            _ => None,
         };
-        overlap(self.captured.interval_95, other.captured.interval_95)
-            && overlap(open(&self.cqi[1]), open(&other.cqi[1]))
-            && self.failed == 0
+        let (Some(own), Some(others)) = (both(&self.cqi[1]), both(&other.cqi[1])) else {
+            return Agreement::TooFew;
+        };
+        let alike = overlap(self.captured.interval_95, other.captured.interval_95) && overlap(own, others);
+        if alike && self.failed == 0 { Agreement::Agrees } else { Agreement::Differs }
     }
 }
 
