@@ -16,7 +16,7 @@ fn substep(bench: &mut Criterion) {
             "expect=null".to_owned(),
         ];
         let Ok(case) = Case::load("deployment-kevlar", &changes) else { continue };
-        let mut net = ExplicitNet::new(&case.net, Integrator::Symplectic);
+        let mut net = ExplicitNet::new(&case.net, Integrator::Symplectic, 1e-9);
         let step = SAFE * stable_step(&case.net);
         for _ in 0..1000 {
             net.kick(step);

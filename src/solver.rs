@@ -34,6 +34,8 @@ pub struct Solver {
     pub flight: Flight,
     /// `explicit`: how the net is integrated.
     pub integrator: Integrator,
+    /// `explicit` with the integrator `located`: local error of a step of its own [m].
+    pub tolerance_m: Positive,
     /// `impulse` and `penalty`: distance from which a knot and a part are watched [m]; contacts are
     /// looked for anew before any knot can have come so far. Left out: 4 % of the target's thinnest part.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,6 +68,7 @@ impl Default for Solver {
             snap_passes: 16,
             flight: Flight::Cables,
             integrator: Integrator::Symplectic,
+            tolerance_m: Positive(1e-9),
             reach_m: None,
             restitution: 0.0,
             penalty: Penalty::default(),
@@ -126,6 +129,8 @@ pub enum Integrator {
     Symplectic,
     /// Classical Runge-Kutta of fourth order, the source's choice.
     Rk4,
+    /// Dormand and Prince's pair of orders 5 and 4, stopping wherever a cable goes taut or slack.
+    Located,
 }
 
 /// The contact force of the penalty method (Section 4.2.1).

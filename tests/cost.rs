@@ -9,10 +9,11 @@ use common::below;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use tumblenet::cables::located;
 use tumblenet::case::Case;
 use tumblenet::run::Run;
 use tumblenet::study::cost::errors::Worth;
-use tumblenet::study::cost::{self, Request, Store, Study, oracle};
+use tumblenet::study::cost::{self, Request, Store, Study};
 
 /// Keeps nothing.
 struct Forgetful;
@@ -34,7 +35,7 @@ fn study(scene: Value, budget_s: f64) -> Study {
 fn the_reference_flies_as_the_equations_say() {
     let case = common::scene("deployment-kevlar", &[]);
     let times: Vec<f64> = (0..=6).map(|i| 0.05 * f64::from(i)).collect();
-    let located = oracle::fly(&case.net, &times, 1e-12, || true);
+    let located = located::fly(&case.net, &times, 1e-12, || true);
     let stepped = common::rk4_net(&case.net, 5e-6, &times);
     assert_eq!(located.knots.len(), times.len());
     for (bound, frame) in [(1e-6, 2), (2e-5, 4), (5e-5, 6)] {
@@ -43,7 +44,7 @@ fn the_reference_flies_as_the_equations_say() {
         below(&format!("bullets at {} s, m", times[frame]), worst, bound); // measured 5e-8, 1e-6, 5e-6
     }
     // A tolerance a hundred times coarser moves no bullet by more than the coarser one's share.
-    let coarse = oracle::fly(&case.net, &times, 1e-10, || true);
+    let coarse = located::fly(&case.net, &times, 1e-10, || true);
     let apart = |&bullet: &usize| (located.knots[4][bullet] - coarse.knots[4][bullet]).norm();
     below("tolerance, m", case.net.bullets.iter().map(apart).fold(0.0, f64::max), 1e-7);
     assert!(coarse.steps < located.steps && located.switches > 100, "{} {}", coarse.steps, located.steps);
@@ -54,18 +55,24 @@ fn the_reference_flies_as_the_equations_say() {
 fn a_study_measures_every_dial_against_the_reference() {
     let found = study(common::small_scene(), 8.0);
     let quality = found.reference.as_ref().expect("a small net has a reference");
-    assert!(quality.window_s > 0.0 && quality.horizon_s >= quality.window_s, "{quality:?}");
+    assert!(
+        quality.windows.iter().all(|window| (0.0..=quality.horizon_s).contains(&window.end_s)),
+        "{quality:?}"
+    );
     assert!(quality.runs.iter().all(|runs| *runs > 1), "{:?}", quality.runs);
     assert!(quality.floor_m.windows(2).all(|pair| pair[0] <= pair[1]), "the floor only rises");
 
     let written = &found.settings[0];
-    assert!(written.cost.is_some() && written.error().is_some(), "{written:?}");
+    assert!(written.cost.is_some() && written.error(0).is_some(), "{written:?}");
     // The front falls: dearer is more accurate.
     let on_front = |label: &String| found.settings.iter().find(|one| one.label == *label).unwrap();
-    let points: Vec<(f64, f64)> = found.front.iter().map(|label| on_front(label).point().unwrap()).collect();
-    assert!(!points.is_empty());
-    assert!(points.windows(2).all(|pair| pair[0].0 <= pair[1].0 && pair[0].1 > pair[1].1), "{points:?}");
-    assert!(found.front.iter().all(|label| on_front(label).warnings.is_empty()));
+    for (window, front) in found.fronts.iter().enumerate() {
+        let points: Vec<(f64, f64)> =
+            front.iter().map(|label| on_front(label).point(window).unwrap()).collect();
+        assert!(!points.is_empty());
+        assert!(points.windows(2).all(|pair| pair[0].0 <= pair[1].0 && pair[0].1 > pair[1].1), "{points:?}");
+        assert!(front.iter().all(|label| on_front(label).warnings.is_empty()));
+    }
     assert!(found.advice.sentence.contains("before contact use"), "{}", found.advice.sentence);
 
     // The same work again, whatever the time: counts are exact.

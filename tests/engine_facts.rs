@@ -350,9 +350,8 @@ fn a_cable_never_pushes() {
 /// Ten light knots between two bullets a thousand times heavier, flying apart at 10 m/s: the cables
 /// must not stretch away, and no energy may come from it.
 ///
-/// At the default step it does, and is asserted as it is: a step of 0.5 ms spans 7 / ω of the light
-/// knots, and the rows of a chain that goes taut at once cannot carry it all. A fifth of the step
-/// can.
+/// A step of 0.5 ms spans 7 / ω of the light knots, and the rows of a chain that goes taut at once
+/// cannot carry it all: such a step is done in parts.
 #[test]
 fn heavy_bullets_do_not_stretch_a_chain_of_light_knots() {
     let n_cables = 11;
@@ -393,7 +392,8 @@ fn heavy_bullets_do_not_stretch_a_chain_of_light_knots() {
     below("energy over the launch energy, step 0.1 ms", most, 1.0 + 1e-6); // measured 1.0
     let [stretch, most] = worst(STEP);
     within("stretch over a massless chain's, step 0.5 ms", stretch, [0.9, 1.05]); // measured 1.022
-    within("energy over the launch energy, step 0.5 ms", most, [1.0, 1.1]); // measured 1.066
+    // 1.066 before steps whose cables make energy were done again in more parts.
+    below("energy over the launch energy, step 0.5 ms", most, 1.0 + 1e-3);
 }
 
 /// The engine keeps a force until it is taken back.

@@ -14,6 +14,7 @@
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
 
+use super::located::Located;
 use crate::cable::Cable;
 use crate::net::Net;
 use crate::solver::Integrator;
@@ -39,6 +40,7 @@ pub struct ExplicitNet {
     acceleration: Components,
     strands: Strands,
     stages: Option<Box<Stages>>,
+    located: Option<Box<Located>>,
 }
 
 /// Cables in the order of the runs.
@@ -72,8 +74,8 @@ struct Stages {
 }
 
 impl ExplicitNet {
-    /// The kernel for `net`.
-    pub fn new(net: &Net, integrator: Integrator) -> ExplicitNet {
+    /// The kernel for `net`; `tolerance` is that of the integrator `located` [m].
+    pub fn new(net: &Net, integrator: Integrator, tolerance: f64) -> ExplicitNet {
         let place = places(net);
         let n_knots = net.n_knots();
         let zeros = || [vec![0.0; n_knots], vec![0.0; n_knots], vec![0.0; n_knots]];
@@ -96,6 +98,7 @@ impl ExplicitNet {
             inverse_mass,
             acceleration: zeros(),
             stages,
+            located: (integrator == Integrator::Located).then(|| Box::new(Located::new(net, tolerance))),
         };
         kernel.load(&Knots { position: net.folded.clone(), velocity: net.launch_velocity.clone() }, &[]);
         kernel
@@ -175,6 +178,7 @@ impl ExplicitNet {
                 self.arch.dispatch(AddScaled { sum, term, factor: step });
             }
             Integrator::Rk4 => self.kick_rk4(step),
+            Integrator::Located => self.kick_located(step),
         }
     }
 
@@ -229,6 +233,30 @@ impl ExplicitNet {
         }
         self.stages = Some(stages);
     }
+
+    /// The located flight over the sub-step; it leaves what `kick_rk4` leaves.
+    fn kick_located(&mut self, step: f64) {
+        let Some(located) = &mut self.located else { return };
+        let of = |components: &Components| in_order(&self.place, components);
+        located.load(&of(&self.position), &of(&self.velocity), &of(&self.push));
+        located.advance(step);
+        for (knot, &at) in self.place.iter().enumerate() {
+            let (end, velocity) = (located.position(knot), located.velocity(knot));
+            for axis in 0..3 {
+                self.velocity[axis][at] = velocity[axis];
+                self.position[axis][at] = end[axis] - step * velocity[axis];
+            }
+        }
+        let largest: Vec<f64> = located.take_tension().collect();
+        for (cable, tension) in self.strands.cable.iter().zip(&mut self.strands.tension) {
+            *tension = cable.map_or(0.0, |cable| tension.max(largest[cable]));
+        }
+    }
+}
+
+/// Three components as vectors, in the net's own order of knots.
+fn in_order(place: &[usize], [x, y, z]: &Components) -> Vec<Vector3<f64>> {
+    place.iter().map(|&at| Vector3::new(x[at], y[at], z[at])).collect()
 }
 
 /// `sum += factor * term`, for the widest vectors of the processor.

@@ -5,3 +5,4 @@
 
 pub mod explicit;
 pub mod joints;
+pub mod located;

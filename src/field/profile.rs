@@ -72,7 +72,10 @@ pub fn read(text: &[u8], place: &str, problems: &mut Problems) -> Option<Vec<Row
                 rows.push(row);
                 continue;
             }
-            Err(error) => error.to_string(),
+            Err(error) => {
+                line = error.position().map_or(line, csv::Position::line);
+                error.to_string()
+            }
         };
         let allowed =
             format!("rows of seven finite numbers, time never falling, under the heading {HEADING}");
@@ -131,7 +134,9 @@ impl Cabin {
             (Some(only), None) | (None, Some(only)) => only.values(),
             (Some(last), Some(next)) => {
                 let share = (time - last.t_s) / (next.t_s - last.t_s);
-                last.values().times(1.0 - share).sum(next.values().times(share))
+                let (last, next) = (last.values(), next.values());
+                // In this form equal rows give their own values, to the last bit.
+                last.sum(next.sum(last.times(-1.0)).times(share))
             }
         };
         self.constant.sum(of_rows)

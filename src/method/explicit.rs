@@ -40,8 +40,9 @@ impl ExplicitMethod {
     }
 
     fn with_substeps(case: &Case, step: f64, n_substeps: u32) -> ExplicitMethod {
+        let solver = &case.scene.solver;
         ExplicitMethod {
-            net: ExplicitNet::new(&case.net, case.scene.solver.integrator),
+            net: ExplicitNet::new(&case.net, solver.integrator, solver.tolerance_m.0),
             motion: case.target.as_ref().map(RigidMotion::of),
             watch: None,
             touched: vec![false; case.net.n_knots()],

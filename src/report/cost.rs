@@ -19,11 +19,12 @@ use crate::study::cost::errors::{Counts, Worth};
 use crate::study::cost::{Measured, Study};
 
 /// Columns of the page's table: name and unit.
-const COLUMNS: [(&str, &str); 18] = [
+const COLUMNS: [(&str, &str); 19] = [
     ("setting", ""),
-    ("error of bullets", "largest"),
+    ("error of bullets", "before chaos"),
+    ("", "to the horizon"),
     ("", "rms"),
-    ("error of knots", "rms"),
+    ("of knots", "rms"),
     ("time", "ms a second"),
     ("spread", "ms"),
     ("over as written", "×"),
@@ -73,6 +74,8 @@ fn rows(file: impl std::io::Write, study: &Study) -> Result<(), csv::Error> {
         "cpu_least",
         "cpu_most",
         "repeats",
+        "bullets_rms_before_chaos_m",
+        "bullets_max_before_chaos_m",
         "bullets_rms_m",
         "bullets_max_m",
         "knots_rms_m",
@@ -111,15 +114,17 @@ fn rows(file: impl std::io::Write, study: &Study) -> Result<(), csv::Error> {
             one.label.clone(),
             text(one.value),
             text(one.step_s),
-            one.on_front.to_string(),
+            (!one.fronts.is_empty()).to_string(),
             text(one.cost.map(|cost| cost.median)),
             text(one.cost.map(|cost| cost.least)),
             text(one.cost.map(|cost| cost.most)),
             one.cost.map_or_else(String::new, |cost| cost.repeats.to_string()),
-            of(|worth| Some(worth.bullets?.rms_m)),
-            of(|worth| Some(worth.bullets?.max_m)),
-            of(|worth| Some(worth.knots?.rms_m)),
-            of(|worth| Some(worth.knots?.max_m)),
+            of(|worth| Some(worth.apart.first()?.as_ref()?.bullets.rms_m)),
+            of(|worth| Some(worth.apart.first()?.as_ref()?.bullets.max_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.bullets.rms_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.bullets.max_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.knots.rms_m)),
+            of(|worth| Some(worth.apart.last()?.as_ref()?.knots.max_m)),
             of(|worth| Some(worth.deployment.max_area_m2)),
             of(|worth| Some(worth.deployment.deployment_time_s)),
             of(|worth| Some(worth.deployment.travelling_distance_m)),
@@ -147,28 +152,30 @@ fn rows(file: impl std::io::Write, study: &Study) -> Result<(), csv::Error> {
     Ok(())
 }
 
-/// The study as text: the front, the distributions, the advice.
+/// The study as text: the fronts, the distributions, the advice.
 pub fn text(study: &Study) -> String {
-    let mut rows = table(&["on the front", "error", "time / s", "of as written"]);
+    let windows = study.windows();
+    let heads: Vec<String> = windows.iter().map(|window| format!("error to {:.2} s", window.end_s)).collect();
+    let head = ["on a front"].into_iter().chain(heads.iter().map(String::as_str));
+    let mut rows = table(&head.chain(["time / s", "of as written"]).collect::<Vec<_>>());
     let written = study.settings.iter().find(|one| one.family == AS_WRITTEN);
     let written_cost = written.and_then(|one| one.cost).map_or(f64::NAN, |cost| cost.median);
-    let row = |label: &str, error: Option<f64>, cost: f64| {
-        let numbers = [
-            error.map_or_else(|| "none".to_owned(), |error| at_least(error, study.floor_m)),
-            seconds(cost),
-            number(cost / written_cost),
-        ];
-        let mut cells = vec![Cell::new(label)];
-        cells.extend(numbers.into_iter().map(|text| Cell::new(text).set_alignment(CellAlignment::Right)));
-        cells
-    };
-    for label in &study.front {
-        if let Some(one) = study.settings.iter().find(|one| one.label == *label) {
-            rows.add_row(row(label, one.error(), one.cost.map_or(f64::NAN, |cost| cost.median)));
-        }
-    }
-    if let Some(one) = written {
-        rows.add_row(row(&format!("({})", one.label), one.error(), written_cost));
+    let mut shown: Vec<&Measured> = study.settings.iter().filter(|one| !one.fronts.is_empty()).collect();
+    shown.extend(written.filter(|one| one.fronts.is_empty()));
+    shown.sort_by(|a, b| a.cost.map_or(0.0, |c| c.median).total_cmp(&b.cost.map_or(0.0, |c| c.median)));
+    for one in shown {
+        let cost = one.cost.map_or(f64::NAN, |cost| cost.median);
+        let mut cells =
+            vec![if one.fronts.is_empty() { format!("({})", one.label) } else { one.label.clone() }];
+        cells.extend(windows.iter().enumerate().map(|(number, window)| {
+            one.error(number).map_or_else(String::new, |error| at_least(error, window.floor_m))
+        }));
+        cells.extend([seconds(cost), number(cost / written_cost)]);
+        let aligned = |(column, text): (usize, String)| {
+            let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            Cell::new(text).set_alignment(alignment)
+        };
+        rows.add_row(cells.into_iter().enumerate().map(aligned));
     }
     let mut text = format!("{}\n{rows}", study.title);
     for note in notes(study) {
@@ -207,11 +214,22 @@ fn notes(study: &Study) -> Vec<String> {
     if let Some(quality) = &study.reference {
         let contact =
             quality.first_contact_s.map_or_else(String::new, |t| format!(" (first contact at {t:.3} s)"));
+        let ends: Vec<String> = quality
+            .windows
+            .iter()
+            .map(|window| {
+                format!(
+                    "to {:.2} s ({}; below {} chaos hides them)",
+                    window.end_s,
+                    window.name,
+                    length(window.floor_m)
+                )
+            })
+            .collect();
         notes.push(format!(
-            "Errors are the largest distance of a bullet from the reference up to {:.2} s{contact}; below {} chaos hides \
-             them. The references agree within {} until {:.2} s.",
-            quality.window_s,
-            length(study.floor_m),
+            "Errors are the largest distance of a bullet from the reference, {}{contact}. The references agree within {} \
+             until {:.2} s.",
+            ends.join(" and "),
             length(quality.trust_distance_m),
             quality.horizon_s
         ));
@@ -248,11 +266,11 @@ fn whole_page(study: &Study, drawn: &[(Figure, String)]) -> String {
         }
         let cells: String =
             cells(study, one).iter().map(|cell| format!("<td>{}</td>", page::escape(cell))).collect();
-        let class = if one.on_front { " class=\"front\"" } else { "" };
+        let class = if !one.fronts.is_empty() { " class=\"front\"" } else { "" };
         let _ = writeln!(rows, "<tr{class}>{cells}</tr>");
     }
     let mut said = vec![
-        "Bold: on the front. Time is processor time of one thread per simulated second, median over the repeats; counts \
+        "Bold: on a front. Time is processor time of one thread per simulated second, median over the repeats; counts \
          are exact and the same on every machine. A change of the model (middle knots, effects) has a difference \
          from the reference, not an error."
             .to_owned(),
@@ -291,8 +309,16 @@ fn cells(study: &Study, one: &Measured) -> Vec<String> {
         .into_iter()
         .flatten()
         .fold(None, |most: Option<f64>, off| Some(most.map_or(off, |m| m.max(off))));
-    let shown =
-        |error: f64| if one.kind == Kind::Model { length(error) } else { at_least(error, study.floor_m) };
+    let shown = |error: f64, floor: f64| {
+        if one.kind == Kind::Model { length(error) } else { at_least(error, floor) }
+    };
+    let windows = study.windows();
+    let last = windows.len().wrapping_sub(1);
+    let bullets = |window: usize| -> String {
+        let floor = windows.get(window).map_or(0.0, |window| window.floor_m);
+        one.error(window).map_or_else(none, |error| shown(error, floor))
+    };
+    let apart = worth.apart.last().copied().flatten();
     let short = |value: f64| if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") };
     let percent = |value: Option<f64>| value.map_or_else(none, |value| format!("{value:.2}"));
     let kept = &worth.conservation;
@@ -300,9 +326,10 @@ fn cells(study: &Study, one: &Measured) -> Vec<String> {
     let ending = worth.ending;
     vec![
         one.label.clone(),
-        worth.bullets.map_or_else(none, |bullets| shown(bullets.max_m)),
-        worth.bullets.map_or_else(none, |bullets| shown(bullets.rms_m)),
-        worth.knots.map_or_else(none, |knots| length(knots.rms_m)),
+        bullets(0),
+        bullets(last),
+        apart.map_or_else(none, |apart| length(apart.bullets.rms_m)),
+        apart.map_or_else(none, |apart| length(apart.knots.rms_m)),
         number(1e3 * cost.median),
         if cost.repeats > 1 {
             format!("{} to {}", number(1e3 * cost.least), number(1e3 * cost.most))

@@ -115,11 +115,17 @@ pub fn ensemble(ensemble: &Ensemble) -> String {
             reasons.join(", ")
         ));
     }
+    for (share, trial) in [(ensemble.held_turn, "over one turn"), (ensemble.held_tug, "while tugged at")] {
+        if let Some(share) = share {
+            text.push_str(&format!("\nHeld {trial}: {} of {}.", share.captured, share.of));
+        }
+    }
     text
 }
 
 /// Blocks of the summary that the table of an ensemble shows; the file holds all.
-const MAIN_BLOCKS: [&str; 6] = ["deployment.", "contact.", "capture.", "target.", "conservation.", "wall_s"];
+const MAIN_BLOCKS: [&str; 8] =
+    ["deployment.", "contact.", "capture.", "target.", "closing.", "retention.", "conservation.", "wall_s"];
 
 /// The verdict in a sentence.
 pub fn verdict(summary: &Summary) -> String {

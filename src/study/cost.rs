@@ -8,7 +8,7 @@
 //! | stage | does |
 //! |---|---|
 //! | [`dials`] | the settings |
-//! | [`reference`], [`oracle`] | the free flight, known far better than any run, and where chaos ends that |
+//! | [`reference`] | the free flight, known far better than any run, and where chaos ends that |
 //! | [`bench`], [`errors`], [`timing`] | what a run is worth, and what it costs |
 //! | [`front`] | the settings worth their time; the order of convergence |
 //! | [`verdicts`] | after contact: distributions |
@@ -23,7 +23,6 @@ pub mod dials;
 pub mod errors;
 pub mod front;
 pub mod map;
-pub mod oracle;
 pub mod reference;
 pub mod timing;
 pub mod verdicts;
@@ -36,16 +35,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
 use crate::failure::Failure;
+use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::provenance::Provenance;
 use crate::scene::Source;
+
 use advice::Advice;
 use bench::Bench;
 use dials::Kind;
 use errors::Worth;
 use front::Order;
 use map::Map;
-use reference::{Quality, Reference};
+use reference::{Quality, Reference, Window};
 use timing::{Cost, timed};
 use verdicts::Verdicts;
 
@@ -59,7 +60,7 @@ pub struct Request {
     pub budget_s: f64,
     /// Seed of the perturbations.
     pub seed: u64,
-    /// Time up to which errors are quoted [s]; null: as far as the floor allows.
+    /// Time up to which errors are quoted, beside those before chaos [s]; null: as far as the floor allows.
     pub at_s: Option<f64>,
 }
 
@@ -90,12 +91,10 @@ pub struct Study {
     pub knot_radius_m: f64,
     /// How well the reference is known; null where there is none.
     pub reference: Option<Quality>,
-    /// The floor of the errors [m].
-    pub floor_m: f64,
     /// Every setting.
     pub settings: Vec<Measured>,
-    /// Labels of those on the front, from the cheapest to the most accurate.
-    pub front: Vec<String>,
+    /// Labels of those on the front of each window of the reference, from the cheapest to the most accurate.
+    pub fronts: Vec<Vec<String>>,
     /// Observed orders of convergence.
     pub orders: Vec<Order>,
     /// Distributions after contact, the reference ensemble first; empty without a target.
@@ -132,19 +131,31 @@ pub struct Measured {
     pub worth: Option<Worth>,
     /// What is wrong with it.
     pub warnings: Vec<String>,
-    /// Whether it is on the front.
-    pub on_front: bool,
+    /// Numbers of the windows on whose front it is.
+    pub fronts: Vec<usize>,
 }
 
 impl Measured {
-    /// Its error: the largest distance of a bullet within the window [m].
-    pub fn error(&self) -> Option<f64> {
-        Some(self.worth.as_ref()?.bullets?.max_m)
+    /// Its error within window number `window`: the largest distance of a bullet [m].
+    pub fn error(&self, window: usize) -> Option<f64> {
+        Some(self.worth.as_ref()?.apart.get(window)?.as_ref()?.bullets.max_m)
     }
 
-    /// Whether it belongs into the diagram: it has a cost and an error.
-    pub fn point(&self) -> Option<(f64, f64)> {
-        (self.kind != Kind::Model).then_some((self.cost?.median, self.error()?))
+    /// Its place in the diagram of a window, if it belongs there: cost [s/s] and error [m].
+    pub fn point(&self, window: usize) -> Option<(f64, f64)> {
+        (self.kind != Kind::Model).then_some((self.cost?.median, self.error(window)?))
+    }
+}
+
+impl Study {
+    /// The windows in which errors are quoted; none without a reference.
+    pub fn windows(&self) -> &[Window] {
+        self.reference.as_ref().map_or(&[], |quality| &quality.windows)
+    }
+
+    /// Number of the longest window whose floor is below `accuracy` metres.
+    pub fn window_for(&self, accuracy: f64) -> Option<usize> {
+        self.windows().iter().rposition(|window| window.floor_m <= accuracy)
     }
 }
 
@@ -204,8 +215,7 @@ pub fn run(
         took_s: 0.0,
         side_m: base.net.designed_area.sqrt(),
         knot_radius_m: knot_radius(&base),
-        floor_m: reference.as_ref().map_or(0.0, Reference::floor),
-        front: front_of(&measured, reference.as_ref()).iter().map(|&i| measured[i].label.clone()).collect(),
+        fronts: fronts(&measured, reference.as_ref()),
         orders: orders(&measured, reference.as_ref()),
         reference: reference.map(|reference| reference.quality),
         settings: measured,
@@ -244,7 +254,10 @@ impl Shares {
 /// The scene as all runs of the study have it: no expectation, frames at times that all steps meet.
 fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
     let duration = written.scene.duration_s.0;
-    let sample = if duration >= 10.0 * SAMPLE { SAMPLE } else { duration };
+    // Fewer frames of a large net: what is recorded has a limit.
+    let least = 2.0 * duration * written.net.n_knots() as f64 / source.limits.of(Limit::Positions) as f64;
+    let sample = SAMPLE * (least / SAMPLE).ceil().max(1.0);
+    let sample = if duration >= 10.0 * sample { sample } else { duration };
     let mut source = source.clone();
     source.set(&["expect=null".to_owned(), format!("output.sample_s={sample}")])?;
     Ok(source)
@@ -275,22 +288,35 @@ fn knot_radius(case: &Case) -> f64 {
     case.net.radius.iter().copied().fold(0.0, f64::max)
 }
 
-/// Places of the front: settings of the same equations without a warning.
-fn front_of(measured: &[Measured], reference: Option<&Reference>) -> Vec<usize> {
+/// Places of the front of a window: settings of the same equations without a warning.
+fn front_of(measured: &[Measured], window: usize, floor: f64) -> Vec<usize> {
     let points: Vec<(f64, f64)> = measured
         .iter()
-        .map(|one| one.point().filter(|_| one.warnings.is_empty()).unwrap_or((f64::NAN, f64::NAN)))
+        .map(|one| one.point(window).filter(|_| one.warnings.is_empty()).unwrap_or((f64::NAN, f64::NAN)))
         .collect();
-    front::front(&points, reference.map_or(0.0, Reference::floor))
+    front::front(&points, floor)
 }
 
+/// Labels of the fronts, window by window.
+fn fronts(measured: &[Measured], reference: Option<&Reference>) -> Vec<Vec<String>> {
+    let windows = reference.iter().flat_map(|reference| &reference.quality.windows).enumerate();
+    windows
+        .map(|(window, Window { floor_m, .. })| {
+            let front = front_of(measured, window, *floor_m);
+            front.into_iter().map(|place| measured[place].label.clone()).collect()
+        })
+        .collect()
+}
+
+/// Observed orders in the first window: later chaos hides them.
 fn orders(measured: &[Measured], reference: Option<&Reference>) -> Vec<Order> {
-    let floor = reference.map_or(0.0, Reference::floor);
+    let first = reference.and_then(|reference| reference.quality.windows.first());
+    let floor = first.map_or(0.0, |window| window.floor_m);
     ["joints, step", "explicit, symplectic", "explicit, Runge-Kutta"]
         .into_iter()
         .filter_map(|family| {
             let of = measured.iter().filter(|one| one.family == family);
-            let points: Vec<(f64, f64)> = of.filter_map(|one| Some((one.step_s?, one.error()?))).collect();
+            let points: Vec<(f64, f64)> = of.filter_map(|one| Some((one.step_s?, one.error(0)?))).collect();
             front::order(family, &points, floor)
         })
         .collect()

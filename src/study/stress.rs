@@ -192,7 +192,7 @@ fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
             }
             jobs.push(Job { row: number, variant: Variant::AsItIs, case });
             if let Some(changes) = limit.map(|limit| &limit.from).filter(|changes| !changes.is_empty()) {
-                match hard.build(pair, changes, 1.0) {
+                match hard.build(pair, changes, 1.0 / hard.times_step) {
                     Ok(case) => jobs.push(Job { row: number, variant: Variant::AtLimit, case }),
                     Err(refusal) => refused(&mut row, hard, &refusal),
                 }
@@ -229,11 +229,11 @@ fn judge(row: &mut Row, limit: Option<&Limit>) {
         (false, None) => Verdict::Breaks,
         (false, Some(limit)) => match at_limit {
             Some(broken) if broken.is_empty() => {
-                row.notes.push(format!("holds from {}", limit.from.join(", ")));
+                row.notes.push(format!("holds from {}", limit.words()));
                 Verdict::HoldsFrom
             }
             Some(broken) => {
-                let limit = limit.from.join(", ");
+                let limit = limit.words();
                 row.notes.extend(broken.iter().map(|broken| format!("with {limit}: {broken}")));
                 Verdict::Breaks
             }
@@ -249,6 +249,8 @@ pub fn pairs() -> Vec<&'static str> {
 
 impl Hard {
     /// The checked case under `pair`, with further `changes`, at `share` of its step.
+    ///
+    /// A limit is at the pair's own step, or at the one that its changes name.
     ///
     /// # Errors
     /// What the checks refuse.

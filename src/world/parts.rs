@@ -38,7 +38,8 @@ impl Parts {
     /// Whether that will do; if not, the step is to be done again in the parts that are now asked for.
     pub fn hear(&mut self, gain: f64, energy: f64) -> bool {
         // A gain that is no number will not do either.
-        if !(gain <= TOLERANCE * self.scale) && self.now < self.most {
+        let too_much = gain.is_nan() || gain > TOLERANCE * self.scale;
+        if too_much && self.now < self.most {
             self.now = (2 * self.now).min(self.most);
             return false;
         }
@@ -50,5 +51,26 @@ impl Parts {
     /// Hears of the energy of the net before any step [J].
     pub fn start(&mut self, energy: f64) {
         self.scale = self.scale.max(energy);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_makes_energy_is_cut_until_it_makes_none() {
+        let mut parts = Parts::new(24);
+        parts.start(1.0);
+        let mut asked = vec![parts.now()];
+        while !parts.hear(1e-3, 1.001) {
+            asked.push(parts.now());
+        }
+        assert_eq!(asked, [1, 2, 4, 8, 16, 24], "at the bound it has to do");
+        for _ in 0..40 {
+            assert!(parts.hear(0.0, 1.0));
+        }
+        assert_eq!(parts.now(), 1);
+        assert!(!parts.hear(f64::NAN, f64::NAN), "what is not a number will not do");
     }
 }

@@ -37,23 +37,38 @@ fn series(family: &str) -> usize {
     FAMILIES.iter().position(|known| *known == family).unwrap_or(FAMILIES.len())
 }
 
-/// The settings of a family that have a point, by their position on the dial.
-fn points<'a>(study: &'a Study, family: &str) -> Vec<(&'a Measured, (f64, f64))> {
+/// The settings of a family that have a point in a window, by their position on the dial.
+fn points<'a>(study: &'a Study, family: &str, window: usize) -> Vec<(&'a Measured, (f64, f64))> {
     let of = study.settings.iter().filter(|one| one.family == family);
-    let mut points: Vec<_> = of.filter_map(|one| Some((one, one.point()?))).collect();
+    let mut points: Vec<_> = of.filter_map(|one| Some((one, one.point(window)?))).collect();
     points.sort_by(|a, b| a.0.value.unwrap_or(0.0).total_cmp(&b.0.value.unwrap_or(0.0)));
     points
 }
 
-/// Log error against log time: one line a family, the front marked and labelled.
+/// Log error against log time, window by window: one line a family, the front marked and labelled.
 fn work_precision(study: &Study) -> Figure {
-    let floor = study.floor_m;
-    let (mut marks, mut keys) = (Vec::new(), Vec::new());
+    let panels: Vec<Panel> = (0..study.windows().len()).map(|window| work_panel(study, window)).collect();
+    let spared =
+        if others::of(study).is_empty() { String::new() } else { format!(" Diamonds: {}.", others::SOURCE) };
+    Figure {
+        name: "work-precision",
+        title: "What accuracy costs",
+        words: format!(
+            "Each point is one setting: to the left it is cheaper, further down more accurate. The black line is the \
+             front: nothing else is as cheap and as accurate. Rings mark settings that break a law of conservation or \
+             let knots sink in.{spared}"
+        ),
+        panels,
+    }
+}
+
+fn work_panel(study: &Study, window: usize) -> Panel {
+    let floor = study.windows()[window].floor_m;
+    let (mut marks, mut keys) = (Vec::new(), vec![key("the front", INK, Swatch::Line)]);
     let (mut costs, mut errors) = (Vec::new(), vec![floor]);
-    let mut front: Vec<(f64, f64)> = Vec::new();
-    let mut labels = Vec::new();
+    let mut front: Vec<((f64, f64), &str)> = Vec::new();
     for family in FAMILIES {
-        let points = points(study, family);
+        let points = points(study, family, window);
         if points.is_empty() {
             continue;
         }
@@ -67,56 +82,45 @@ fn work_precision(study: &Study) -> Figure {
             errors.push(at.1);
             let shape = if one.warnings.is_empty() { Dot::Full } else { Dot::Ring };
             marks.push(Mark::Dot { at, colour, shape });
-            if one.on_front {
-                front.push(at);
-                labels.push((at, one.label.clone()));
+            if one.fronts.contains(&window) {
+                front.push((at, &one.label));
             }
         }
     }
-    let others = others::of(study);
-    for other in others {
-        costs.push(other.cost);
-        errors.push(other.error_m);
-    }
-    if costs.is_empty() {
-        return Figure { name: "work-precision", title: "", words: String::new(), panels: Vec::new() };
-    }
-    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let others = if window + 1 == study.windows().len() { others::of(study) } else { &[] };
+    costs.extend(others.iter().map(|other| other.cost));
+    errors.extend(others.iter().map(|other| other.error_m));
+    front.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
     let mut x = Axis::log("processor time per simulated second [s/s]", costs, 9);
-    // Room for labels at the right, and below the least cost.
-    x.range = [0.7 * x.range[0], 2.5 * x.range[1]];
-    let mut y = Axis::log("largest error of a bullet before contact [m]", errors, 12);
+    // Room for labels at the right, and left of the least cost.
+    x.range = [0.7 * x.range[0], 3.0 * x.range[1]];
+    let mut y = Axis::log("largest error of a bullet [m]", errors, 12);
     y.range[0] *= 0.4;
-    marks.insert(0, line(front, INK, 5, false));
+    marks.insert(0, line(front.iter().map(|(at, _)| *at).collect(), INK, 5, false));
     marks.push(line(vec![(x.range[0], floor), (x.range[1], floor)], MUTED, 1, true));
-    marks.push(words((x.range[1], 1.25 * floor), "chaos: no error below means anything", MUTED, true));
-    for other in others {
+    marks.push(words((x.range[1], 0.75 * floor), "chaos: no error below means anything", MUTED, true));
+    for (number, other) in others.iter().enumerate() {
         let at = (other.cost, other.error_m);
         marks.push(Mark::Dot { at, colour: MUTED, shape: Dot::Diamond });
-        marks.push(words((1.1 * at.0, 0.88 * at.1), other.name, MUTED, false));
+        marks.push(words((1.06 * at.0, beside(number) * at.1), other.name, MUTED, false));
     }
-    for (at, label) in labels {
-        marks.push(words((1.08 * at.0, 1.25 * at.1), &label, INK, false));
+    for (number, (at, label)) in front.iter().enumerate() {
+        marks.push(words((1.06 * at.0, beside(number) * at.1), label, INK, false));
     }
-    keys.insert(0, key("the front", INK, Swatch::Line));
-    let mut panel = Panel::of_curves(x, y, 560, marks);
+    let mut panel = Panel::of_curves(x, y, 520, marks);
+    let window = &study.windows()[window];
+    panel.title = format!("Errors up to {} s: {}", short(window.end_s), window.name);
     panel.keys = keys;
-    let spared = if others.is_empty() { String::new() } else { format!(" Diamonds: {}.", others::SOURCE) };
-    Figure {
-        name: "work-precision",
-        title: "What accuracy costs",
-        words: format!(
-            "Each point is one setting: to the left it is cheaper, further down more accurate. The black line is the \
-             front: nothing else is as cheap and as accurate. Rings mark settings that break a law of conservation or \
-             let knots sink in. Errors are quoted up to {} s.{spared}",
-            short(study.reference.as_ref().map_or(0.0, |quality| quality.window_s))
-        ),
-        panels: vec![panel],
-    }
+    panel
 }
 
 fn words(at: (f64, f64), text: &str, colour: RGBColor, ends: bool) -> Mark {
     Mark::Words { at, text: text.to_owned(), colour, ends }
+}
+
+/// Labels stand above and below their points in turn, so that neighbours stay apart.
+fn beside(number: usize) -> f64 {
+    if number.is_multiple_of(2) { 1.3 } else { 0.77 }
 }
 
 /// Errors over time, with the floor under them.
@@ -134,8 +138,7 @@ fn trust(study: &Study) -> Figure {
         key("the two references", INK, Swatch::Line),
     ];
     let mut all: Vec<f64> = quality.means_apart_m.iter().chain(&quality.floor_m).copied().collect();
-    // A crowd of lines tells nothing: every second of a long front.
-    let front: Vec<&Measured> = study.settings.iter().filter(|one| one.on_front).collect();
+    let front: Vec<&Measured> = study.settings.iter().filter(|one| !one.fronts.is_empty()).collect();
     for (number, one) in front.iter().enumerate() {
         let Some(worth) = &one.worth else { continue };
         marks.push(line(curve(&worth.curve_m), colour(number), 2, dashed(number)));
@@ -146,11 +149,11 @@ fn trust(study: &Study) -> Figure {
     marks.push(line(curve(&quality.floor_m), MUTED, 2, true));
     marks.push(line(curve(&quality.means_apart_m), INK, 2, false));
     let y = Axis::log("largest distance of a bullet from the reference [m]", all, 12);
-    for (time, label) in
-        [(quality.window_s, "errors quoted up to here"), (quality.horizon_s, "trust horizon")]
-    {
+    let ends = quality.windows.iter().map(|window| (window.end_s, window.name.as_str()));
+    for (number, (time, label)) in ends.chain([(quality.horizon_s, "the references part")]).enumerate() {
         marks.push(line(vec![(time, y.range[0]), (time, y.range[1])], MUTED, 1, false));
-        marks.push(words((time, 0.6 * y.range[1]), label, MUTED, true));
+        let at = (time, y.range[1] * 0.55_f64.powi(number as i32 + 1));
+        marks.push(words(at, &format!("{label} "), MUTED, true));
     }
     let end = quality.time_s.last().copied().unwrap_or(1.0);
     let mut panel = Panel::of_curves(Axis::fixed("time [s]", 0.0, end), y, 400, marks);
@@ -179,7 +182,7 @@ fn convergence(study: &Study) -> Figure {
     let (mut marks, mut keys, mut steps, mut errors) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut said = Vec::new();
     for order in &study.orders {
-        let mut of: Vec<(f64, f64)> = points(study, &order.family)
+        let mut of: Vec<(f64, f64)> = points(study, &order.family, 0)
             .into_iter()
             .filter_map(|(one, (_, error))| Some((one.step_s?, error)))
             .collect();

@@ -33,7 +33,7 @@ const OTHERS: [Other; 6] = [
 /// The engines that the study's scene can be compared with: all, if it is the net of Table 3.2 as
 /// built in and its errors are those at 0.5 s; else none.
 pub fn of(study: &Study) -> &'static [Other] {
-    let at = study.reference.as_ref().map_or(0.0, |quality| quality.window_s);
+    let at = study.windows().last().map_or(0.0, |window| window.end_s);
     let as_built_in = Source::find("deployment-kevlar")
         .and_then(|source| crate::case::Case::build(&source))
         .is_ok_and(|case| case.hash == study.scene_hash);

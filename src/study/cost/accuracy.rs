@@ -90,8 +90,9 @@ pub struct Entry {
 pub struct OnScene {
     /// The scene.
     pub scene: String,
-    /// Largest error of a bullet before contact, over the side of the net [-].
-    pub error_over_side: f64,
+    /// Window by window, the longest last: floor, and largest error of a bullet before contact, both over
+    /// the side of the net [-].
+    pub errors: Vec<[f64; 2]>,
     /// Processor time per simulated second [s/s].
     pub cost: f64,
     /// Whether nothing was wrong with the run.
@@ -123,11 +124,16 @@ impl Table {
         for study in studies {
             let known = |one: &&Measured| FAMILIES.contains(&one.family.as_str());
             for one in study.settings.iter().filter(known) {
-                let (Some(value), Some((cost, error))) = (one.value, one.point()) else { continue };
+                let (Some(value), Some(cost)) = (one.value, one.cost) else { continue };
+                let windows = study.windows().iter().enumerate();
+                let errors = windows.filter_map(|(number, window)| {
+                    let error = one.error(number)?.max(window.floor_m);
+                    Some([window.floor_m / study.side_m, error / study.side_m])
+                });
                 let measured = OnScene {
                     scene: study.scene.clone(),
-                    error_over_side: error.max(study.floor_m) / study.side_m,
-                    cost,
+                    errors: errors.collect(),
+                    cost: cost.median,
                     sound: one.warnings.is_empty(),
                 };
                 let same = |entry: &&mut Entry| entry.family == one.family && entry.value == value;
@@ -168,7 +174,8 @@ impl Table {
         let mut finest = f64::INFINITY;
         let mut best: Option<(&Entry, f64)> = None;
         for entry in self.entries.iter().filter(usable) {
-            let error = side * entry.measured.iter().map(|on| on.error_over_side).fold(0.0, f64::max);
+            let worst = entry.measured.iter().map(|on| on.error(wanted / side)).fold(0.0, f64::max);
+            let error = side * worst;
             finest = finest.min(error);
             let cost = |entry: &Entry| entry.measured.iter().map(|on| on.cost).fold(0.0, f64::max);
             if error <= wanted && best.is_none_or(|(known, _)| cost(entry) < cost(known)) {
@@ -187,6 +194,14 @@ impl Table {
             ),
             changes,
         })
+    }
+}
+
+impl OnScene {
+    /// The error over the net's side in the longest window that can tell it from `wanted`, else in the shortest.
+    fn error(&self, wanted: f64) -> f64 {
+        let longest = self.errors.iter().rev().find(|[floor, _]| *floor <= wanted);
+        longest.or(self.errors.first()).map_or(f64::INFINITY, |[_, error]| *error)
     }
 }
 
@@ -227,18 +242,23 @@ impl Study {
                 && one.warnings.is_empty()
                 && (case.target.is_none() || explicit != engine)
         };
-        let sound = || self.settings.iter().filter(keeps).filter_map(|one| Some((one, one.point()?)));
-        let enough = sound().filter(|(_, (_, error))| error.max(self.floor_m) <= wanted);
-        let (one, (cost, error)) = enough.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).ok_or_else(|| {
-            sound().map(|(_, (_, error))| error.max(self.floor_m)).fold(f64::INFINITY, f64::min)
-        })?;
+        // Below every floor the first window, which has the lowest.
+        let window = self.window_for(wanted).unwrap_or(0);
+        let floor = self.windows().get(window).map_or(f64::INFINITY, |window| window.floor_m);
+        let point = |one: &Measured| one.point(window).map(|(cost, error)| (cost, error.max(floor)));
+        let sound: Vec<(&Measured, (f64, f64))> =
+            self.settings.iter().filter(keeps).filter_map(|one| Some((one, point(one)?))).collect();
+        let enough = sound.iter().filter(|(_, (_, error))| *error <= wanted);
+        let (one, (cost, error)) = enough
+            .min_by(|a, b| a.1.0.total_cmp(&b.1.0))
+            .ok_or_else(|| sound.iter().map(|(_, (_, error))| *error).fold(f64::INFINITY, f64::min))?;
         Ok(Found {
             changes: one.changes.clone(),
             words: format!(
                 "{} (measured on this scene: {} before contact, {} of processor time per simulated second)",
                 one.label,
-                super::advice::length(error.max(self.floor_m)),
-                super::advice::seconds(cost)
+                super::advice::length(*error),
+                super::advice::seconds(*cost)
             ),
         })
     }

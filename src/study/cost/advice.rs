@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Study;
 use super::dials::AS_WRITTEN;
 use super::verdicts::Verdicts;
-use super::{Measured, Study};
 
 /// Accuracies that advice is given for [m].
 const LEVELS: [f64; 7] = [1e-2, 5e-3, 1e-3, 5e-4, 1e-4, 1e-5, 1e-6];
@@ -33,29 +33,32 @@ pub struct Level {
     pub accuracy_m: f64,
     /// The setting.
     pub label: String,
+    /// Until when that holds [s].
+    pub until_s: f64,
     /// Its error [m].
     pub error_m: f64,
     /// Its cost [s/s].
     pub cost: f64,
 }
 
+impl Level {
+    /// The cheapest setting of a study for `accuracy`, in the longest window that can tell.
+    fn of(study: &Study, accuracy: f64) -> Option<Level> {
+        let window = study.window_for(accuracy)?;
+        let front = study.settings.iter().filter(|one| one.fronts.contains(&window));
+        let points = front.filter_map(|one| Some((one, one.point(window)?)));
+        let enough = points.filter(|(_, (_, error))| *error <= accuracy);
+        let (one, (cost, error_m)) = enough.min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+        let until_s = study.windows()[window].end_s;
+        Some(Level { accuracy_m: accuracy, label: one.label.clone(), until_s, error_m, cost })
+    }
+}
+
 impl Advice {
     /// That of a study, whose front and distributions are there.
     pub fn of(study: &Study) -> Advice {
-        let front: Vec<&Measured> = study.settings.iter().filter(|one| one.on_front).collect();
-        let cheapest = |accuracy: f64| {
-            let enough = front.iter().filter_map(|one| Some((*one, one.point()?)));
-            let enough = enough.filter(|(_, (_, error))| *error <= accuracy);
-            let best = enough.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-            best.map(|(one, (cost, error_m))| Level {
-                accuracy_m: accuracy,
-                label: one.label.clone(),
-                error_m,
-                cost,
-            })
-        };
-        let known = |accuracy: &f64| *accuracy >= study.floor_m;
-        let levels: Vec<Level> = LEVELS.into_iter().filter(known).filter_map(cheapest).collect();
+        let levels: Vec<Level> =
+            LEVELS.into_iter().filter_map(|accuracy| Level::of(study, accuracy)).collect();
         let for_verdict = verdict(study);
         let warnings = study.settings.iter().filter(|one| !one.warnings.is_empty());
         Advice {
@@ -84,8 +87,9 @@ fn sentence(study: &Study, levels: &[Level], verdict: Option<&Verdicts>) -> Stri
     let level = levels.iter().find(|level| level.accuracy_m <= ASKED * 1.001).or(levels.last());
     if let Some(level) = level {
         parts.push(format!(
-            "for {} before contact use {}: it costs {} of processor time per simulated second",
+            "for {} before contact (known until {:.2} s) use {}: it costs {} of processor time per simulated second",
             length(level.accuracy_m),
+            level.until_s,
             level.label,
             seconds(level.cost)
         ));
@@ -105,7 +109,8 @@ fn sentence(study: &Study, levels: &[Level], verdict: Option<&Verdicts>) -> Stri
         None => {}
     }
     if let Some(written) = study.settings.iter().find(|one| one.family == AS_WRITTEN)
-        && let (Some(cost), Some(error)) = (written.cost, written.error())
+        && let (Some(cost), Some(error)) =
+            (written.cost, study.windows().len().checked_sub(1).and_then(|last| written.error(last)))
     {
         parts.push(format!(
             "as written the scene costs {} and errs by {}",

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::dials::Setting;
 use super::errors::Worth;
-use super::reference::Reference;
+use super::reference::{Reference, Window};
 use super::timing::{Cost, timed};
 use super::{Measured, Store, front_of, knot_radius};
 use crate::case::Case;
@@ -22,8 +22,8 @@ const NEAR: f64 = 1.5;
 /// One measurement of one setting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Sample {
-    /// The window it was measured in [s], and the frames of the reference: another reference, another error.
-    window: (f64, usize),
+    /// Ends of the windows it was measured in, in frames of the reference: another reference, another error.
+    windows: Vec<usize>,
     /// Processor time per simulated second [s/s].
     cost: f64,
     /// What the run was worth, or why it failed.
@@ -91,13 +91,13 @@ impl<'a, S: Store> Bench<'a, S> {
         }
     }
 
-    fn window(&self) -> (f64, usize) {
-        self.reference.map_or((0.0, 0), |reference| (reference.quality.window_s, reference.times.len()))
+    fn windows(&self) -> Vec<usize> {
+        self.reference.map_or_else(Vec::new, Reference::window_frames)
     }
 
     fn known(&self, place: usize, number: usize) -> Option<Sample> {
         let case = self.settings[place].case.as_ref().ok()?;
-        self.store.known(case, "measured", number).filter(|sample: &Sample| sample.window == self.window())
+        self.store.known(case, "measured", number).filter(|sample: &Sample| sample.windows == self.windows())
     }
 
     fn is_known(&self, place: usize, number: usize) -> bool {
@@ -111,7 +111,7 @@ impl<'a, S: Store> Bench<'a, S> {
             let (run, seconds) = timed(case);
             let outcome = run.map(|run| Worth::of(case, &run, self.reference));
             let sample = Sample {
-                window: self.window(),
+                windows: self.windows(),
                 cost: seconds / case.scene.duration_s.0,
                 outcome: outcome.map_err(|failure| failure.to_string()),
             };
@@ -121,21 +121,22 @@ impl<'a, S: Store> Bench<'a, S> {
         self.samples[place].push(sample);
     }
 
-    /// Places of the front, and of settings not much dearer than what it offers at their error.
+    /// Places of the fronts, and of settings not much dearer than what these offer at their error.
     fn near_front(&self) -> Vec<usize> {
         let measured = self.measured();
-        let front = front_of(&measured, self.reference);
-        let floor = self.reference.map_or(0.0, Reference::floor);
-        let worth_it = |(cost, error): (f64, f64)| {
-            let same = front.iter().filter_map(|&i| measured[i].point()).filter(|p| p.1 <= error.max(floor));
+        let near = |window: usize, floor: f64, place: usize| {
+            let Some((cost, error)) = measured[place].point(window) else { return false };
+            let front = measured.iter().filter(|one| one.fronts.contains(&window));
+            let same = front.filter_map(|one| one.point(window)).filter(|p| p.1 <= error.max(floor));
             same.map(|p| p.0).fold(f64::INFINITY, f64::min) * NEAR >= cost
         };
-        (0..measured.len()).filter(|&i| i == 0 || measured[i].point().is_some_and(worth_it)).collect()
+        let windows = || self.reference.iter().flat_map(|reference| &reference.quality.windows).enumerate();
+        let worth_it = |place: usize| windows().any(|(window, w)| near(window, w.floor_m, place));
+        (0..measured.len()).filter(|&place| place == 0 || worth_it(place)).collect()
     }
 
     /// What has been measured so far.
     pub fn measured(&self) -> Vec<Measured> {
-        let floor = self.reference;
         let mut measured: Vec<Measured> = self
             .settings
             .iter()
@@ -143,8 +144,11 @@ impl<'a, S: Store> Bench<'a, S> {
             .zip(&self.left_out)
             .map(|((setting, samples), left_out)| Measured::of(setting, samples, left_out.clone()))
             .collect();
-        for place in front_of(&measured, floor) {
-            measured[place].on_front = true;
+        let windows = self.reference.iter().flat_map(|reference| &reference.quality.windows);
+        for (window, Window { floor_m, .. }) in windows.enumerate() {
+            for place in front_of(&measured, window, *floor_m) {
+                measured[place].fronts.push(window);
+            }
         }
         measured
     }
@@ -173,7 +177,7 @@ impl Measured {
                 (Some(worth), Ok(case)) => worth.warnings(knot_radius(case)),
                 _ => Vec::new(),
             },
-            on_front: false,
+            fronts: Vec::new(),
         }
     }
 }
@@ -186,7 +190,11 @@ pub fn units(case: &Case) -> f64 {
     match case.scene.solver.cables {
         // A cable and sub-step of the explicit net is about a fiftieth of one of the engine.
         CableModel::Explicit => {
-            let stages = if case.scene.solver.integrator == Integrator::Rk4 { 5.0 } else { 1.0 };
+            let stages = match case.scene.solver.integrator {
+                Integrator::Symplectic => 1.0,
+                Integrator::Rk4 => 5.0,
+                Integrator::Located => 100.0,
+            };
             n_cables * (0.02 * stages * n_substeps + 0.1 * n_steps)
         }
         _ => n_cables * (0.5 * n_steps + 0.5 * n_substeps),

@@ -20,7 +20,7 @@ use crate::solver::{CableModel, ContactModel, Integrator, JOINTS_STEP, Precision
 const STEPS: [f64; 8] = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5];
 
 /// Steps and sub-steps that are tried: beside one sub-step of the same length.
-const SUBSTEPS: [(f64, u32); 4] = [(2e-3, 4), (1e-3, 2), (1e-3, 4), (1e-3, 8)];
+const SUBSTEPS: [(f64, u32); 5] = [(2e-3, 3), (2e-3, 4), (1e-3, 2), (1e-3, 4), (1e-3, 8)];
 
 /// Fixed numbers of sweeps that are tried.
 const SWEEPS: [u32; 5] = [1, 2, 4, 8, 16];
@@ -30,6 +30,9 @@ const SNAP_PASSES: [u32; 4] = [0, 1, 4, 64];
 
 /// Steps of the explicit net, over its stable step.
 const SHARES: [f64; 6] = [0.95, 0.6, 0.3, 0.1, 0.03, 0.01];
+
+/// Tolerances of the located flight, over the net's side.
+const TOLERANCES: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 
 /// What a setting changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -64,7 +67,7 @@ pub struct Setting {
 pub const AS_WRITTEN: &str = "as written";
 
 /// Families of the diagram, in the order of their colours.
-pub const FAMILIES: [&str; 11] = [
+pub const FAMILIES: [&str; 12] = [
     AS_WRITTEN,
     "joints, step",
     "joints, sub-steps",
@@ -74,6 +77,7 @@ pub const FAMILIES: [&str; 11] = [
     "joints, precision",
     "explicit, symplectic",
     "explicit, Runge-Kutta",
+    "explicit, located",
     "other cables",
     "contact",
 ];
@@ -105,6 +109,7 @@ pub fn settings(source: &Source, base: &Case) -> Vec<Setting> {
     dials.add(Kind::Method, AS_WRITTEN, AS_WRITTEN.to_owned(), None, &[]);
     joints(&mut dials, base);
     explicit(&mut dials, base);
+    located(&mut dials, base);
     others(&mut dials);
     if base.target.is_some() {
         contacts(&mut dials, base);
@@ -159,10 +164,7 @@ fn joints(dials: &mut Dials<'_>, base: &Case) {
 
 /// The explicit net with the source's contact.
 pub fn explicit_changes(integrator: Integrator, step: f64) -> Vec<String> {
-    let integrator = match integrator {
-        Integrator::Symplectic => "symplectic",
-        Integrator::Rk4 => "rk4",
-    };
+    let integrator = name(integrator);
     let fixed = ["solver.cables=explicit", "solver.contact=impulse", "solver.substeps=1"].map(str::to_owned);
     let own = [format!("solver.integrator={integrator}"), format!("solver.step_s={step:e}")];
     fixed.into_iter().chain(own).collect()
@@ -180,6 +182,18 @@ fn explicit(dials: &mut Dials<'_>, base: &Case) {
             let label = format!("{name} {} µs", plain(1e6 * step));
             dials.add(Kind::Method, family, label, Some(share), &explicit_changes(integrator, step));
         }
+    }
+}
+
+/// Switches located, by tolerance: the step only says how often contact acts.
+fn located(dials: &mut Dials<'_>, base: &Case) {
+    let step = two_digits(SHARES[0] * stable_step(&base.net));
+    for share in TOLERANCES {
+        let tolerance = two_digits(share * base.net.designed_area.sqrt());
+        let mut changes = explicit_changes(Integrator::Located, step);
+        changes.push(format!("solver.tolerance_m={tolerance:e}"));
+        let label = format!("located {tolerance:.0e} m");
+        dials.add(Kind::Method, "explicit, located", label, Some(share), &changes);
     }
 }
 

@@ -23,7 +23,7 @@ const MOMENTUM: f64 = 1e-6;
 /// Points along a cable at which it is looked for within the target.
 const POINTS: usize = 8;
 
-/// How far knots are from the reference, over the frames of its window.
+/// How far knots are from the reference, over the frames of a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Distance {
     /// Root mean square over knots and frames [m].
@@ -32,13 +32,20 @@ pub struct Distance {
     pub max_m: f64,
 }
 
+/// How far a run is from the reference within a window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Apart {
+    /// The bullets.
+    pub bullets: Distance,
+    /// All knots of the grid.
+    pub knots: Distance,
+}
+
 /// What one run is worth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Worth {
-    /// The bullets; null where the run has no frame of the reference.
-    pub bullets: Option<Distance>,
-    /// All knots of the grid.
-    pub knots: Option<Distance>,
+    /// How far it is from the reference, window by window; null where its frames do not meet.
+    pub apart: Vec<Option<Apart>>,
     /// Largest distance of a bullet, frame by frame of the reference [m].
     pub curve_m: Vec<f64>,
     /// How the net opened.
@@ -89,20 +96,22 @@ pub struct Counts {
 impl Worth {
     /// What `run` of `case` is worth, against `reference` where there is one.
     pub fn of(case: &Case, run: &Run, reference: Option<&Reference>) -> Worth {
-        let (bullets, knots, curve_m) = reference.map_or((None, None, Vec::new()), |reference| {
+        let (apart, curve_m) = reference.map_or((Vec::new(), Vec::new()), |reference| {
             // Middle knots come after those of the grid, so the first ones are alike in all nets.
             let grid: Vec<usize> = (0..case.net.grid[0] * case.net.grid[1]).collect();
             let found = at_times(run, &reference.times);
-            let of = |knots: &[usize]| distance(&found, reference, knots);
+            let apart = reference.window_frames().into_iter().map(|frames| {
+                let of = |knots: &[usize]| distance(&found, reference, knots, frames);
+                Some(Apart { bullets: of(&reference.bullets)?, knots: of(&grid)? })
+            });
             let curve = found.iter().zip(&reference.knots).map(|(found, there)| {
                 let far = reference.bullets.iter().map(|&bullet| (found[bullet] - there[bullet]).norm());
                 far.fold(0.0, f64::max)
             });
-            (of(&reference.bullets), of(&grid), curve.collect())
+            (apart.collect(), curve.collect())
         });
         Worth {
-            bullets,
-            knots,
+            apart,
             curve_m,
             deployment: Deployment::of(case, run),
             max_tension_n: run.extremes.tension,
@@ -140,13 +149,13 @@ impl Worth {
     }
 }
 
-/// How far `knots` are from the reference; nothing when the run misses a frame of its window.
+/// How far `knots` are from the reference within its first `frames`; nothing when the run misses one.
 fn distance(
     found: &[Vec<nalgebra::Vector3<f64>>],
     reference: &Reference,
     knots: &[usize],
+    frames: usize,
 ) -> Option<Distance> {
-    let frames = reference.window();
     if found.len() < frames {
         return None;
     }

@@ -1,18 +1,18 @@
 //! What the errors are measured against: the free flight of the net, known far better than any run.
 //!
-//! Two integrators that share no code, several runs each: the [`oracle`], which locates every cable
+//! Two integrators that share no code, several runs each: the [`located`] one, which locates every cable
 //! that goes taut or slack, with two tolerances; and the symplectic net with a step far below its
 //! limit. Further runs of both start a nanometre aside. A net that opens is chaotic: its inner knots
 //! forget their start within tenths of a second, and from then on no run, however fine, has a
 //! bullet nearer to the truth than those nanometres allow. So
 //!
-//! - the reference is the mean of the oracle's runs,
+//! - the reference is the mean of the located integrator's runs,
 //! - the floor is the largest distance of one of them from it: no error below it means anything,
 //! - the horizon is when the mean of the other integrator's runs leaves it by more than the trust
 //!   distance,
-//! - errors are quoted up to a window's end, where the floor is still small.
+//! - errors are quoted in two windows: before chaos, where the floor is tiny, and up to the horizon.
 //!
-//! Effects that act in flight are not in the oracle; then both integrators are the explicit net's.
+//! Effects that act in flight are not in the located flight; then both integrators are the explicit net's.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -23,8 +23,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::dials::explicit_changes;
-use super::oracle;
 use crate::cables::explicit::stable_step;
+use crate::cables::located;
 use crate::case::Case;
 use crate::metrics::deployment::Deployment;
 use crate::run::Run;
@@ -38,7 +38,7 @@ pub const PERTURB: f64 = 1e-9;
 /// Runs of each integrator.
 const RUNS: usize = 6;
 
-/// Local error of the oracle over the net's side [-]: of its first run, and of the others.
+/// Local error of the located integrator over the net's side [-]: of its first run, and of the others.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-13];
 
 /// Step of the fine symplectic runs over the stable step [-].
@@ -51,8 +51,8 @@ const CABLE_TIME: f64 = 2e-8;
 /// Trust distance over the net's side [-].
 pub const TRUST: f64 = 1e-4;
 
-/// The window ends where the floor exceeds this share of the net's side [-].
-const FLOOR: f64 = 1e-6;
+/// Before chaos the floor is below this share of the net's side [-].
+const CLEAN: f64 = 1e-8;
 
 /// Positions of all knots, frame by frame [m].
 pub type Knots = Vec<Vec<Vector3<f64>>>;
@@ -78,7 +78,7 @@ pub struct Quality {
     pub floor_m: Vec<f64>,
     /// The same of any knot [m].
     pub floor_knots_m: Vec<f64>,
-    /// Largest distance of a bullet between the means of the two integrators [m].
+    /// Largest distance of a bullet between the means of the two integrators [m]; the floor where there is one.
     pub means_apart_m: Vec<f64>,
     /// Pairs of single runs.
     pub pairs: Vec<Pair>,
@@ -88,8 +88,8 @@ pub struct Quality {
     pub horizon_s: f64,
     /// Until when the largest difference of single runs that start a nanometre apart stays below it [s].
     pub single_run_horizon_s: f64,
-    /// Errors are quoted up to here [s].
-    pub window_s: f64,
+    /// Up to where errors are quoted: before chaos, and to the horizon.
+    pub windows: Vec<Window>,
     /// First contact of the scene as written [s]: the flight ends before it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_contact_s: Option<f64>,
@@ -100,6 +100,17 @@ pub struct Quality {
     /// What the second integrator's runs say of the whole run, by the summary's names: only where the
     /// flight lasts to its end.
     pub scalars: BTreeMap<String, Quartiles>,
+}
+
+/// A time up to which errors are quoted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Window {
+    /// Its name.
+    pub name: String,
+    /// Its end [s].
+    pub end_s: f64,
+    /// The floor of the bullets within it [m].
+    pub floor_m: f64,
 }
 
 /// Two single runs from the same start.
@@ -140,12 +151,8 @@ pub struct Request {
 /// Nothing when no two runs reached two frames in time.
 pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
     let started = Instant::now();
-    let quiet = !base
-        .scene
-        .effects
-        .build(&base.net, base.target.as_ref())
-        .iter()
-        .any(|effect| effect.acts() || effect.pulls());
+    let effects = base.scene.effects.build(&base.net, base.target.as_ref());
+    let quiet = !effects.iter().any(|effect| effect.acts() || effect.pulls() || effect.brackets());
     let fly = |index: usize| {
         let (group, member) = (index % 2, index / 2);
         // A fair share of what is left for each run, so that one does not starve the others.
@@ -159,7 +166,7 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
         // The second run starts where the first does; the others are perturbed.
         let tolerance = TOLERANCES[member.min(1)] * base.net.designed_area.sqrt();
         let case = start(base, member.saturating_sub(1), request.seed);
-        let knots = oracle::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
+        let knots = located::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
         (
             group,
             Some(Member { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }),
@@ -176,15 +183,16 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
     for group in &mut groups {
         group.retain(|member| 2 * member.knots.len() > longest);
     }
-    // An integrator that the scene refuses leaves the other one.
-    if groups[0].is_empty() {
-        groups.swap(0, 1);
-    }
-    let methods = if quiet {
+    let mut methods = if quiet {
         ["Dormand-Prince 5(4), switches located".to_owned(), "symplectic".to_owned()]
     } else {
         ["Runge-Kutta 4".to_owned(), "symplectic".to_owned()]
     };
+    // An integrator that the scene refuses, or that was too slow, leaves the other one.
+    if groups[0].is_empty() {
+        groups.swap(0, 1);
+        methods.swap(0, 1);
+    }
     Reference::of(base, groups, methods, request)
 }
 
@@ -271,9 +279,13 @@ impl Reference {
                 .collect()
         };
         let (floor, floor_knots) = (spread(&bullets), spread(&all));
-        let other = if groups[1].is_empty() { knots.clone() } else { mean(&groups[1], frames) };
-        let means_apart: Vec<f64> =
-            (0..frames).map(|frame| largest(&knots[frame], &other[frame], &bullets)).collect();
+        // Without a second integrator there is nothing but its own spread to trust the first one by.
+        let means_apart: Vec<f64> = if groups[1].is_empty() {
+            floor.clone()
+        } else {
+            let other = mean(&groups[1], frames);
+            (0..frames).map(|frame| largest(&knots[frame], &other[frame], &bullets)).collect()
+        };
         let horizon = until(&means_apart);
 
         let unperturbed: Vec<&Member> = groups[0].iter().take(2).chain(groups[1].first()).collect();
@@ -290,9 +302,27 @@ impl Reference {
                 ),
             })
             .collect();
-        let quiet_floor = FLOOR * base.net.designed_area.sqrt();
-        let small = floor.iter().position(|floor| *floor > quiet_floor).unwrap_or(frames).max(2) - 1;
-        let window = request.at.unwrap_or(times[small].min(horizon)).min(times[frames - 1]);
+        let side = base.net.designed_area.sqrt();
+        let below = |share: f64| floor.partition_point(|floor| *floor <= share * side).max(2) - 1;
+        let asked = request.at.map(|at| times.partition_point(|time| *time <= at + 1e-9).max(2) - 1);
+        let ends = [
+            ("before chaos", below(CLEAN)),
+            (
+                "to the horizon",
+                asked
+                    .unwrap_or_else(|| below(TRUST))
+                    .min(times.partition_point(|t| *t <= horizon) - 1)
+                    .max(1),
+            ),
+        ];
+        let mut windows: Vec<Window> = ends
+            .into_iter()
+            .map(|(name, end)| Window { name: name.to_owned(), end_s: times[end], floor_m: floor[end] })
+            .collect();
+        // A flight that ends before chaos begins has one window.
+        if windows[0].end_s >= windows[1].end_s {
+            windows.remove(0);
+        }
         Some(Reference {
             bullets,
             quality: Quality {
@@ -304,7 +334,7 @@ impl Reference {
                 pairs,
                 trust_distance_m: trust_distance,
                 horizon_s: horizon,
-                window_s: window,
+                windows,
                 first_contact_s: request.first_contact,
                 runs: [groups[0].len(), groups[1].len()],
                 scalars: quartiles(&groups[1]),
@@ -315,14 +345,10 @@ impl Reference {
         })
     }
 
-    /// Frames up to the end of the window.
-    pub fn window(&self) -> usize {
-        self.times.partition_point(|time| *time <= self.quality.window_s + 1e-9)
-    }
-
-    /// The floor of the bullets within the window [m].
-    pub fn floor(&self) -> f64 {
-        self.quality.floor_m[self.window() - 1]
+    /// Frames up to the end of each window.
+    pub fn window_frames(&self) -> Vec<usize> {
+        let frames = |window: &Window| self.times.partition_point(|time| *time <= window.end_s + 1e-9);
+        self.quality.windows.iter().map(frames).collect()
     }
 }
 

@@ -9,6 +9,14 @@ use serde_json::{Value, json};
 
 use super::hard::Hard;
 
+/// Why pairs whose step is that of an explicit force are left out of long cases.
+const TOO_LONG: &str =
+    "not run: the engine moves at the step of an explicit contact force, which takes minutes";
+
+/// Why a penalty force overlaps.
+const SOFT: &str =
+    "a penalty force is as soft as knot and target are: heavy bullets press their Hertz depth into it";
+
 /// All cases, theme by theme.
 pub fn all() -> Vec<Hard> {
     [cables::cases(), contacts::cases(), long::cases(), extremes::cases()].concat()

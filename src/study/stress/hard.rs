@@ -5,6 +5,9 @@ use serde_json::Value;
 use super::measure::Numbers;
 use crate::case::Case;
 
+/// The limit of a pair that holds a case at the step which it takes by itself.
+pub const OWN_STEP: &str = "solver.step_s=null";
+
 /// What a case is an example of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Theme {
@@ -98,6 +101,17 @@ pub struct Limit {
     pub not_run: bool,
 }
 
+impl Limit {
+    /// The changes in words.
+    pub fn words(&self) -> String {
+        let word = |&change: &&'static str| match change {
+            OWN_STEP => "the step that it takes by itself",
+            change => change,
+        };
+        self.from.iter().map(word).collect::<Vec<_>>().join(", ")
+    }
+}
+
 impl Hard {
     /// A case with the bounds that apply to all.
     pub fn new(theme: Theme, name: &'static str, why: &'static str, scene: Value) -> Hard {
@@ -157,6 +171,11 @@ impl Hard {
     pub fn limited(mut self, pair: &'static str, why: &'static str, from: &[&'static str]) -> Hard {
         self.limits.push(Limit { pair, why, from: from.to_vec(), not_run: false });
         self
+    }
+
+    /// Both pairs with a penalty force hold it only with the changes `from`, and why.
+    pub fn limited_with_penalty(self, why: &'static str, from: &[&'static str]) -> Hard {
+        self.limited("joints+penalty", why, from).limited("explicit+penalty", why, from)
     }
 
     /// `pair` is not run, and why.

@@ -116,9 +116,9 @@ impl Measured {
     pub fn broken(&self, bounds: &Numbers) -> Vec<String> {
         let mut broken: Vec<String> = self.failure.iter().cloned().collect();
         for ((name, value), (_, bound)) in self.numbers.each().into_iter().zip(bounds.each()) {
-            // Not `value > bound`: a number that is none breaks every bound.
+            // A number that is none breaks every bound.
             if let (Some(value), Some(bound)) = (value, bound)
-                && !(value <= bound)
+                && (value.is_nan() || value > bound)
             {
                 broken.push(format!("{name} {value:.2e}, at most {bound:.0e}"));
             }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use super::{net, with, with_target};
+use super::{SOFT, net, with, with_target};
 use crate::case::Case;
 use crate::study::stress::hard::{Hard, Theme};
 
@@ -43,7 +43,12 @@ fn thin_parts() -> Vec<Hard> {
                 .starting(all_alike)
                 .at_times_step(times)
                 .may_be_refused_at(&["solver.step_s"]);
-            cases.push(if times == 1.0 { hard } else { hard.once() });
+            cases.push(match (times == 1.0, speed > 20.0, speed > 5.0) {
+                (false, ..) => hard.once(),
+                (true, true, _) => hard.limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e10"]),
+                (true, _, true) => hard.limited_with_penalty(SOFT, &["solver.penalty.stiffness=1e9"]),
+                (true, ..) => hard,
+            });
         }
     }
     cases
@@ -152,7 +157,11 @@ fn many() -> [Hard; 4] {
         with(scene, json!({ "solver": { "restitution": restitution } }))
     };
     [
-        Hard::new(Theme::ManyContacts, "one-face", why, plate(0.0)).starting(all_alike),
+        Hard::new(Theme::ManyContacts, "one-face", why, plate(0.0)).starting(all_alike).limited(
+            "joints+penalty",
+            SOFT,
+            &["solver.penalty.stiffness=1e8"],
+        ),
         Hard::new(Theme::ManyContacts, "one-face-half-restitution", why, plate(0.5))
             .starting(all_alike)
             .may_be_refused_at(&["solver.restitution"]),

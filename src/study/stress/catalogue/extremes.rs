@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use super::{net, small_capture, with, with_target};
+use super::{TOO_LONG, net, small_capture, with, with_target};
 use crate::study::stress::hard::{Hard, Theme};
 use crate::study::stress::measure::Numbers;
 
@@ -118,4 +118,6 @@ fn ten_thousand_knots() -> Hard {
         ),
     )
     .once()
+    .not_run("joints+impulse", TOO_LONG)
+    .not_run("joints+penalty", TOO_LONG)
 }

@@ -1,4 +1,4 @@
-//! The net in free flight as Eq. 3.1 to 3.5 state it, to as many digits as one asks for: the reference.
+//! The net of Eq. 3.1 to 3.5 with every switch of a cable located: as many digits as one asks for.
 //!
 //! Eq. 3.3 jumps by c ṙ where a cable goes taut, so a method with fixed steps, of whatever order, is
 //! of first order there. This one keeps the mode of every cable over a step (slack, pulling, or
@@ -6,13 +6,14 @@
 //! just past that point. Between such points the equations are smooth: Dormand and Prince's pair
 //! of orders 5 and 4 with its own choice of step.
 //!
-//! Only cables pull: no target, no effect. It shares the tension law's numbers with the solvers, not
-//! their code.
+//! The most accurate way to fly a net, the reference of the cost study, and an integrator of the
+//! explicit net (`solver.integrator: "located"`): there it is restarted for every sub-step, between
+//! which contact and threads act.
 
 use nalgebra::Vector3;
 
+use super::explicit::stable_step;
 use crate::cable::Cable;
-use crate::cables::explicit::stable_step;
 use crate::net::Net;
 
 /// Longest step over the stable step of an explicit net [-]: a cable must not go taut and slack again within one.
@@ -20,6 +21,9 @@ const LONGEST: f64 = 0.25;
 
 /// Shortest step [s]: how far past the end of a mode a step may reach.
 const SHORTEST: f64 = 1e-11;
+
+/// Longest steps of a flight between two looks at whether to go on.
+const SPANS: f64 = 64.0;
 
 /// Halvings of a step in search of the end of a mode.
 const HALVINGS: u32 = 44;
@@ -38,17 +42,22 @@ pub struct Flight {
 /// Flies `net` from its fold through `times` [s] (ascending, from 0), with local errors of at most
 /// `tolerance` metres a step, until `go_on` says no.
 pub fn fly(net: &Net, times: &[f64], tolerance: f64, go_on: impl Fn() -> bool) -> Flight {
-    let mut flyer = Flyer::new(net, tolerance);
+    let mut located = Located::new(net, tolerance);
+    located.load(&net.folded, &net.launch_velocity, &[]);
     let mut flight = Flight::default();
+    let mut now = 0.0;
     for &time in times {
-        while flyer.time < time {
+        // In short spans, so that there is a place to stop.
+        while now < time {
             if !go_on() {
                 return flight;
             }
-            flyer.step(time);
+            let end = time.min(now + SPANS * located.longest);
+            located.advance(end - now);
+            now = end;
         }
-        flight.knots.push(flyer.positions());
-        (flight.steps, flight.switches) = (flyer.steps, flyer.switches);
+        flight.knots.push((0..net.n_knots()).map(|knot| located.position(knot)).collect());
+        (flight.steps, flight.switches) = (located.steps, located.switches);
     }
     flight
 }
@@ -61,12 +70,17 @@ enum Mode {
     Limp,
 }
 
-struct Flyer<'a> {
-    net: &'a Net,
+/// The net under way.
+pub struct Located {
+    cables: Vec<Cable>,
+    mass: Vec<f64>,
     modes: Vec<Mode>,
-    time: f64,
+    /// Largest tension of each cable since it was last asked for [N].
+    tension: Vec<f64>,
     /// Positions of all knots, then their velocities, three components each.
     y: Vec<f64>,
+    /// Acceleration of the knots by other forces than those of cables [m/s^2].
+    push: Vec<f64>,
     /// Slope of `y` at the seven stages of a step; the first is that at its start.
     slopes: [Vec<f64>; 7],
     trial: Vec<f64>,
@@ -75,8 +89,10 @@ struct Flyer<'a> {
     tolerance: f64,
     /// Highest frequency [rad/s]: makes a velocity a length.
     frequency: f64,
-    steps: u64,
-    switches: u64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Ends of modes met.
+    pub switches: u64,
 }
 
 /// Dormand and Prince's coefficients: stage by stage, the last row is the result of order 5.
@@ -93,44 +109,73 @@ const STAGES: [&[f64]; 6] = [
 const ERROR: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
-impl<'a> Flyer<'a> {
-    fn new(net: &'a Net, tolerance: f64) -> Flyer<'a> {
-        let both = [&net.folded, &net.launch_velocity];
-        let y: Vec<f64> = both.into_iter().flatten().flat_map(|v| [v.x, v.y, v.z]).collect();
+impl Located {
+    /// The cables of `net`, with local errors of at most `tolerance` metres a step.
+    pub fn new(net: &Net, tolerance: f64) -> Located {
+        let n = 3 * net.n_knots();
         let stable = stable_step(net);
-        let mut flyer = Flyer {
-            net,
+        Located {
+            cables: net.cables.clone(),
+            mass: net.mass.clone(),
             modes: vec![Mode::Slack; net.cables.len()],
-            time: 0.0,
-            slopes: std::array::from_fn(|_| vec![0.0; y.len()]),
-            trial: y.clone(),
-            y,
+            tension: vec![0.0; net.cables.len()],
+            y: vec![0.0; 2 * n],
+            push: vec![0.0; n],
+            slopes: std::array::from_fn(|_| vec![0.0; 2 * n]),
+            trial: vec![0.0; 2 * n],
             step: LONGEST * stable,
             longest: LONGEST * stable,
             tolerance,
             frequency: 2.0 / stable,
             steps: 0,
             switches: 0,
-        };
-        flyer.take_modes();
-        flyer
+        }
     }
 
-    fn positions(&self) -> Vec<Vector3<f64>> {
-        (0..self.net.n_knots()).map(|knot| at(&self.y, knot)).collect()
+    /// Takes over positions [m], velocities [m/s] and accelerations by other forces [m/s^2], of which
+    /// there may be none.
+    pub fn load(&mut self, position: &[Vector3<f64>], velocity: &[Vector3<f64>], push: &[Vector3<f64>]) {
+        let both = position.iter().chain(velocity).flat_map(|v| [v.x, v.y, v.z]);
+        self.y.iter_mut().zip(both).for_each(|(y, value)| *y = value);
+        let push = push.iter().flat_map(|v| [v.x, v.y, v.z]);
+        self.push.iter_mut().zip(push).for_each(|(own, value)| *own = value);
+        self.take_modes();
+        slope(&self.cables, &self.mass, &self.push, &self.modes, &self.y, &mut self.slopes[0]);
     }
 
-    /// One step, at most to `end`.
-    fn step(&mut self, end: f64) {
-        let left = end - self.time;
+    /// Position of a knot [m].
+    pub fn position(&self, knot: usize) -> Vector3<f64> {
+        at(&self.y, knot)
+    }
+
+    /// Velocity of a knot [m/s].
+    pub fn velocity(&self, knot: usize) -> Vector3<f64> {
+        at(&self.y, self.mass.len() + knot)
+    }
+
+    /// Largest tension of each cable at the ends of the steps since the last call [N].
+    pub fn take_tension(&mut self) -> impl Iterator<Item = f64> {
+        self.tension.iter_mut().map(std::mem::take)
+    }
+
+    /// Flies on for `span` seconds.
+    pub fn advance(&mut self, span: f64) {
+        let mut left = span;
+        while left > 0.0 {
+            left -= self.step(left);
+        }
+    }
+
+    /// Tries one step of at most `left` seconds; how far it went [s].
+    fn step(&mut self, left: f64) -> f64 {
         let step = self.step.min(left);
         let error = self.attempt(step);
         let next = step * (0.9 * error.max(1e-10).powf(-0.2)).clamp(0.2, 4.0);
         if error > 1.0 && step > SHORTEST {
             self.step = next.max(SHORTEST);
-            return;
+            return 0.0;
         }
-        // A step that ends at `end` or in a switch says nothing about the step that suits.
+        // A step cut short by the end of the span says nothing about the step that suits.
         if step == self.step || next < self.step {
             self.step = next.clamp(SHORTEST, self.longest);
         }
@@ -140,15 +185,16 @@ impl<'a> Flyer<'a> {
             self.attempt(reached);
         }
         std::mem::swap(&mut self.y, &mut self.trial);
-        self.time = if reached == left { end } else { self.time + reached };
         self.steps += 1;
         if self.take_modes() {
             self.switches += 1;
+            slope(&self.cables, &self.mass, &self.push, &self.modes, &self.y, &mut self.slopes[0]);
         } else {
             // The last stage is the slope at the new state.
             let [first, .., last] = &mut self.slopes;
             std::mem::swap(first, last);
         }
+        reached
     }
 
     /// Takes `y` to `trial` over `step`, modes kept; the estimated error over the tolerance.
@@ -160,7 +206,14 @@ impl<'a> Flyer<'a> {
                     *y += step * weight * slope;
                 }
             }
-            slope(self.net, &self.modes, &self.trial, &mut self.slopes[stage + 1]);
+            slope(
+                &self.cables,
+                &self.mass,
+                &self.push,
+                &self.modes,
+                &self.trial,
+                &mut self.slopes[stage + 1],
+            );
         }
         let half = self.y.len() / 2;
         let mut worst = 0.0_f64;
@@ -178,7 +231,7 @@ impl<'a> Flyer<'a> {
     /// accelerations of both ends of the step.
     fn end_of_modes(&self, step: f64) -> f64 {
         let mut first = 1.0;
-        for (cable, mode) in self.net.cables.iter().zip(&self.modes) {
+        for (cable, mode) in self.cables.iter().zip(&self.modes) {
             if mode_of(cable, &across(&self.trial, cable), &parting(&self.trial, cable)) == *mode {
                 continue;
             }
@@ -201,16 +254,17 @@ impl<'a> Flyer<'a> {
         first
     }
 
-    /// Takes the modes of all cables from the state, and the slope there if one is new; whether one is.
+    /// Takes the modes and tensions of all cables from the state; whether any mode is new.
     fn take_modes(&mut self) -> bool {
-        let mut any = self.steps == 0;
-        for (cable, mode) in self.net.cables.iter().zip(&mut self.modes) {
-            let now = mode_of(cable, &across(&self.y, cable), &parting(&self.y, cable));
+        let mut any = false;
+        for ((cable, mode), tension) in self.cables.iter().zip(&mut self.modes).zip(&mut self.tension) {
+            let (pull, length) = pull(cable, &across(&self.y, cable), &parting(&self.y, cable));
+            let now = mode_by(cable, pull, length);
+            if now == Mode::Pulling {
+                *tension = tension.max(pull * length);
+            }
             any |= now != *mode;
             *mode = now;
-        }
-        if any {
-            slope(self.net, &self.modes, &self.y, &mut self.slopes[0]);
         }
         any
     }
@@ -240,6 +294,10 @@ fn pull(cable: &Cable, across: &Vector3<f64>, parting: &Vector3<f64>) -> (f64, f
 
 fn mode_of(cable: &Cable, across: &Vector3<f64>, parting: &Vector3<f64>) -> Mode {
     let (pull, length) = pull(cable, across, parting);
+    mode_by(cable, pull, length)
+}
+
+fn mode_by(cable: &Cable, pull: f64, length: f64) -> Mode {
     match (length > cable.rest_length, pull > 0.0) {
         (false, _) => Mode::Slack,
         (true, true) => Mode::Pulling,
@@ -248,12 +306,12 @@ fn mode_of(cable: &Cable, across: &Vector3<f64>, parting: &Vector3<f64>) -> Mode
 }
 
 /// Velocities and accelerations of all knots at `y`, with the cables in their `modes`.
-fn slope(net: &Net, modes: &[Mode], y: &[f64], slope: &mut [f64]) {
+fn slope(cables: &[Cable], mass: &[f64], push: &[f64], modes: &[Mode], y: &[f64], slope: &mut [f64]) {
     let half = y.len() / 2;
     slope[..half].copy_from_slice(&y[half..]);
     let forces = &mut slope[half..];
     forces.fill(0.0);
-    for (cable, _) in net.cables.iter().zip(modes).filter(|(_, mode)| **mode == Mode::Pulling) {
+    for (cable, _) in cables.iter().zip(modes).filter(|(_, mode)| **mode == Mode::Pulling) {
         let across = across(y, cable);
         let (pull, _) = pull(cable, &across, &parting(y, cable));
         for axis in 0..3 {
@@ -261,10 +319,8 @@ fn slope(net: &Net, modes: &[Mode], y: &[f64], slope: &mut [f64]) {
             forces[3 * cable.b + axis] -= pull * across[axis];
         }
     }
-    for (knot, mass) in net.mass.iter().enumerate() {
-        for force in &mut forces[3 * knot..3 * knot + 3] {
-            *force /= mass;
-        }
+    for (i, (force, push)) in forces.iter_mut().zip(push).enumerate() {
+        *force = *force / mass[i / 3] + push;
     }
 }
 
@@ -277,9 +333,9 @@ struct Path {
 }
 
 impl Path {
-    fn of(flyer: &Flyer, cable: &Cable, step: f64) -> Path {
+    fn of(net: &Located, cable: &Cable, step: f64) -> Path {
         let of = |y: &[f64], slope: &[f64]| [across(y, cable), parting(y, cable), parting(slope, cable)];
-        Path { step, from: of(&flyer.y, &flyer.slopes[0]), to: of(&flyer.trial, &flyer.slopes[6]) }
+        Path { step, from: of(&net.y, &net.slopes[0]), to: of(&net.trial, &net.slopes[6]) }
     }
 
     /// Position and velocity after a `share` of the step.
