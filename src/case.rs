@@ -134,6 +134,11 @@ impl Case {
         reach(&self.scene, &self.net, self.target.as_ref())
     }
 
+    /// Speed of contact that steps are chosen for [m/s]; 0 without a target.
+    pub fn contact_speed(&self) -> f64 {
+        self.target.as_ref().map_or(0.0, |target| contact_speed(&self.scene, target))
+    }
+
     /// Steps between two recorded frames.
     pub fn steps_per_frame(&self) -> u64 {
         (self.scene.output.sample_s.0 / self.pace.step).round().max(1.0) as u64
@@ -196,11 +201,15 @@ pub fn stable_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
         limit = explicit::stable_step(net);
     }
     if let (ContactModel::Penalty, Some(target)) = (solver.contact, target) {
-        // A snap can double a knot's speed.
-        let speed = 2.0 * scene.launch.speed_m_s + target.spin.norm() * target.bounding_radius;
+        let speed = contact_speed(scene, target);
         limit = limit.min(Penalty::new(net, &solver.penalty, None).stable_step(net, speed));
     }
     limit
+}
+
+/// Speed of a contact, at most: a snap can double a knot's speed [m/s].
+fn contact_speed(scene: &Scene, target: &Target) -> f64 {
+    2.0 * scene.launch.speed_m_s + target.spin.norm() * target.bounding_radius
 }
 
 /// The scene names its shape; what the shape turned out to be enters through the target's numbers.

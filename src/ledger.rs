@@ -136,7 +136,9 @@ impl Bookkeeper {
         let mut on_knots = 0.0; // work of contacts and effects on the knots
         for contact in &after.contacts {
             on_knots += contact.work_on_knot;
-            self.ledger.contact += contact.loss;
+            if contact.along.is_none() {
+                self.ledger.contact += contact.loss; // that of cables is their effect's
+            }
             if held {
                 // A held target passes the impulse to the outside; the work of its moving surface
                 // comes from what drives it.

@@ -30,7 +30,7 @@
 //! | module | subject |
 //! |---|---|
 //! | [`problems`], [`limits`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, the schema, what is built in |
-//! | [`cable`] | the only tension law |
+//! | [`cable`], [`friction`] | the only tension law; the friction laws |
 //! | [`solver`] | the numerical method as a user chooses it |
 //! | [`net`] | knots, cables, bullets; fold and launch |
 //! | [`geometry`], [`target`] | hulls; shapes, mass properties, pose and spin |
@@ -67,6 +67,8 @@ pub mod quantity;
 pub mod assets;
 
 pub mod cable;
+
+pub mod friction;
 
 pub mod solver;
 

@@ -1,7 +1,9 @@
 //! What solver and effects ask for before anything is built.
 
-use crate::contact::friction::Law;
-use crate::solver::Precision;
+use crate::friction::Law;
+use crate::net::Net;
+use crate::solver::{Precision, Solver};
+use crate::target::Target;
 use crate::world::Setup;
 
 /// What solver and effects ask for.
@@ -21,14 +23,30 @@ pub struct Plan {
     pub precision: Precision,
 }
 
+/// What is simulated, for effects that depend on one another's wishes.
+#[derive(Clone, Copy)]
+pub struct Setting<'a> {
+    /// The net.
+    pub net: &'a Net,
+    /// The target, where the scene has one.
+    pub target: Option<&'a Target>,
+    /// The numerical method.
+    pub solver: &'a Solver,
+    /// What all effects ask for.
+    pub plan: &'a Plan,
+    /// Distance from which responses of our own watch the net [m].
+    pub reach: f64,
+    /// Speed of contact that steps are chosen for [m/s].
+    pub contact_speed: f64,
+}
+
 impl Plan {
-    /// How the engine's world is set up for it. The engine knows Coulomb's law alone; the checks
-    /// have refused another.
+    /// How the engine's world is set up for it.
     pub fn setup(&self) -> Setup {
         Setup {
             step: self.step,
             substeps: self.substeps,
-            friction: self.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY)),
+            friction: self.friction,
             has_contacts: self.contact_by_engine,
             precision: self.precision,
         }

@@ -10,7 +10,8 @@ use crate::effects::closing::Report;
 use crate::failure::Failure;
 use crate::ledger::Bookkeeper;
 use crate::method::{Method, Pull};
-use crate::state::{Body, Knots, State};
+use crate::plan::Setting;
+use crate::state::{Body, Contact, Knots, State};
 use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -37,10 +38,21 @@ pub struct Simulation {
 impl Simulation {
     /// Builds what `case` calls for, and nothing else.
     pub fn new(case: &Case) -> Simulation {
-        let effects = case.scene.effects.build(&case.net, case.target.as_ref());
+        let mut effects = case.scene.effects.build(&case.net, case.target.as_ref());
         let mut plan = case.plan();
         for effect in &effects {
             effect.install(&mut plan);
+        }
+        let setting = Setting {
+            net: &case.net,
+            target: case.target.as_ref(),
+            solver: &case.scene.solver,
+            plan: &plan,
+            reach: case.reach(),
+            contact_speed: case.contact_speed(),
+        };
+        for effect in &mut effects {
+            effect.prepare(&setting);
         }
         let mut state = start(case);
         for effect in &effects {
@@ -54,7 +66,7 @@ impl Simulation {
             method: Method::new(case, &plan),
             any_effect_brackets: effects.iter().any(|effect| effect.brackets()),
             any_effect_acts: effects.iter().any(|effect| effect.acts()),
-            any_effect_pulls: effects.iter().any(|effect| effect.pulls()),
+            any_effect_pulls: effects.iter().any(|effect| effect.pulls() || effect.presses()),
             launch_energy: case.net.launch_energy().max(f64::MIN_POSITIVE),
             step: plan.step,
             state,
@@ -155,7 +167,9 @@ impl Simulation {
 
     /// What the engine consists of.
     pub fn census(&self) -> Census {
-        self.method.census()
+        let mut census = self.method.census();
+        census.colliders += self.effects.iter().map(|effect| effect.detection().0).sum::<usize>();
+        census
     }
 
     /// Wall time of each active effect so far.
@@ -201,9 +215,9 @@ struct Pulling<'a> {
 }
 
 impl Pulling<'_> {
-    fn each(&mut self, act: &mut dyn FnMut(&mut dyn Effect)) {
+    fn each(&mut self, of_kind: fn(&dyn Effect) -> bool, act: &mut dyn FnMut(&mut dyn Effect)) {
         for (effect, time) in self.effects.iter_mut().zip(&mut *self.times) {
-            if effect.pulls() {
+            if of_kind(effect.as_ref()) {
                 let mut clock = Clock::start();
                 act(effect.as_mut());
                 clock.lap(time);
@@ -212,7 +226,7 @@ impl Pulling<'_> {
     }
 
     fn watch(&mut self, before: &State) {
-        self.each(&mut |effect| effect.watch(before));
+        self.each(|effect| effect.pulls() || effect.presses(), &mut |effect| effect.watch(before));
     }
 }
 
@@ -221,8 +235,18 @@ impl Pull for Pulling<'_> {
         !self.effects.is_empty()
     }
 
-    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        self.each(&mut |effect| effect.pull(knots, step, touched));
+    fn pull(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+        self.each(|effect| effect.pulls(), &mut |effect| effect.pull(knots, step, touched));
+        // Contact last: nothing then moves the net into the target.
+        if let Some(body) = target {
+            self.each(|effect| effect.presses(), &mut |effect| effect.press(knots, body, step, touched));
+        }
+    }
+
+    fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
+        for effect in self.effects.iter().filter(|effect| effect.presses()) {
+            effect.report(before, after, contacts);
+        }
     }
 }
 

@@ -91,11 +91,24 @@ impl FreeBody {
     }
 }
 
-/// One contact between a knot and a part of the target, the same record for every response.
+/// A place along a cable.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Along {
+    /// The cable.
+    pub cable: usize,
+    /// The knot at its other end.
+    pub end: usize,
+    /// Share of the way to that end [-].
+    pub share: f64,
+}
+
+/// One contact between the net and a part of the target, the same record for every response.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contact {
-    /// The knot.
+    /// The knot; where `along` is named, the one at the first end of that cable.
     pub knot: usize,
+    /// The place on a cable, where it is not the knot itself that touches.
+    pub along: Option<Along>,
     /// The part of the target.
     pub part: usize,
     /// Where its impulses act: the centre of the knot, which is a point and cannot turn [m].
@@ -105,11 +118,11 @@ pub struct Contact {
     /// Least distance of their surfaces at the start of the step and its sub-steps; negative when they
     /// overlap [m].
     pub gap: f64,
-    /// Impulse on the knot along the normal within the step [N s].
+    /// Impulse on the net along the normal within the step [N s].
     pub impulse: f64,
-    /// Impulse on the knot across the normal within the step [N s].
+    /// Impulse on the net across the normal within the step [N s].
     pub friction: Vector3<f64>,
-    /// Work of both on the knot [J].
+    /// Work of both on the net [J].
     pub work_on_knot: f64,
     /// Energy that the normal impulse took from net and target [J].
     pub loss: f64,
@@ -118,7 +131,23 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Whole impulse on the knot [N s].
+    /// Knots that bear it, each with its weight: of a place on a cable both ends.
+    pub fn bearers(&self) -> [(usize, f64); 2] {
+        match self.along {
+            None => [(self.knot, 1.0), (self.knot, 0.0)],
+            Some(Along { end, share, .. }) => [(self.knot, 1.0 - share), (end, share)],
+        }
+    }
+
+    /// What the knots' `values` are at the place of contact, as a weighted mean.
+    pub fn at_place(&self, values: &[Vector3<f64>]) -> Vector3<f64> {
+        match self.along {
+            None => values[self.knot],
+            Some(Along { end, share, .. }) => (1.0 - share) * values[self.knot] + share * values[end],
+        }
+    }
+
+    /// Whole impulse on the knot, or on both ends of the cable together [N s].
     pub fn impulse_on_knot(&self) -> Vector3<f64> {
         self.impulse * self.normal + self.friction
     }

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::contact::rapier::Rapier;
 use tumblenet::failure::Failure;
+use tumblenet::friction::Law;
 use tumblenet::net::Net;
 use tumblenet::simulation::Simulation;
 use tumblenet::state::{Contact, Loads, State};
@@ -42,7 +43,7 @@ fn plate(motion: &str) -> Target {
 const STEP: f64 = 5e-4;
 
 fn setup() -> Setup {
-    Setup { step: STEP, substeps: 1, friction: 0.0, has_contacts: true, ..Setup::default() }
+    Setup { step: STEP, substeps: 1, friction: None, has_contacts: true, ..Setup::default() }
 }
 
 /// Steps a world of free knots and a target; returns the last state and all contacts.
@@ -189,7 +190,12 @@ fn friction_slows_a_sliding_knot_by_mu_times_the_normal_impulse() {
     // Normal speed 1 m/s, so J_n / m = 1 m/s.
     for (mu, across, left) in [(0.1, 0.5, 0.4), (0.3, 0.5, 0.2), (0.3, -0.5, -0.2), (0.8, 0.5, 0.0)] {
         let net = knots(&[(0.01, [-0.01, 0.0, 0.0], [1.0, 0.0, across])]);
-        let (state, contacts) = advance(&net, &plate("fixed"), &Setup { friction: mu, ..setup() }, 100);
+        let (state, contacts) = advance(
+            &net,
+            &plate("fixed"),
+            &Setup { friction: Some(Law::Coulomb { coefficient: mu }), ..setup() },
+            100,
+        );
         below("speed left", (state.knots.velocity[0].z - left).abs(), 1e-6); // measured 8e-15
         let friction: Vector3<f64> = contacts.iter().map(|contact| contact.friction).sum();
         below("friction less m dv", (friction.z - 0.01 * (left - across)).abs(), 1e-8);
@@ -428,7 +434,12 @@ fn a_held_target_does_not_move_and_a_driven_one_keeps_its_rate() {
         let mut plate = plate(motion);
         plate.spin = Vector3::new(1.5, 0.0, 0.0);
         let net = knots(&[(5.0, [-0.01, 0.3, 0.0], [2.0, 0.0, 0.0])]);
-        let (state, contacts) = advance(&net, &plate, &Setup { friction: 0.5, ..setup() }, 200);
+        let (state, contacts) = advance(
+            &net,
+            &plate,
+            &Setup { friction: Some(Law::Coulomb { coefficient: 0.5 }), ..setup() },
+            200,
+        );
         let body = state.target.unwrap();
         assert!(contacts.iter().any(|contact| contact.impulse > 1.0), "{motion}");
         assert_eq!(body.position, plate.position, "{motion}");

@@ -101,7 +101,12 @@ fn a_bad_value_is_named_with_its_place_and_what_is_allowed() {
 #[test]
 fn what_sections_do_not_allow_together_is_named() {
     refused_with("/solver", json!({ "step_s": 0.1 }), &["solver.step_s", "half the thinnest part"]);
-    refused_with("/target/spin_rad_s", json!([9e3, 0, 0]), &["target.spin_rad_s", "rad a step"]);
+    // Left out, the step is chosen for the spin; a given one must do.
+    let mut fast = small_capture();
+    fast["target"]["spin_rad_s"] = json!([9e3, 0, 0]);
+    fast["solver"] = json!({ "step_s": 5e-4 });
+    refused(with_scene(&fast).path(), "scene.json", &["target.spin_rad_s", "rad a step"]);
+    refused_with("/target/spin_rad_s", json!([1e13, 0, 0]), &["duration_s", "--limit steps=N raises it"]);
     refused_with("/expect", json!({ "within": { "no.such": [0, 1] } }), &["expect.within.no.such"]);
     refused_with("/capture", json!({ "hold_s": 9.0 }), &["capture.hold_s: found 9"]);
     let mut net = small_capture()["net"].clone();
@@ -391,7 +396,7 @@ fn show_prints_the_whole_scene_and_what_the_engine_gets() {
     assert_eq!(scene["solver"]["cables"], json!("joints"));
     assert_eq!(scene["capture"]["hold_s"], json!(0.3));
     for (fact, value) in
-        [("bodies", "122"), ("colliders", "122"), ("cable joints", "220"), ("active effects", "friction")]
+        [("bodies", "122"), ("colliders", "122"), ("cable joints", "220"), ("friction", "coefficient 0.3")]
     {
         let row = text[end..].lines().find(|line| line.contains(fact)).unwrap_or_else(|| panic!("no {fact}"));
         assert!(row.contains(value), "{row}");

@@ -29,8 +29,9 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::friction::Law;
+use super::friction::slowing_impulse;
 use super::{Mobility, Row};
+use crate::friction::Law;
 
 /// Speed at which an overlap at the start of a step is made up for, at most [m/s]. With no bound, knots
 /// of 2.5 g that a closing thread pulled into the corners of Envisat left at 100 m/s and pulled others in.
@@ -54,7 +55,7 @@ impl Impulse {
         let mut impulses: Vec<(f64, Vector3<f64>)> = normal.map(|j| (j, Vector3::zeros())).collect();
         if let Some(law) = &self.friction {
             for (row, impulse) in rows.iter().zip(&mut impulses) {
-                impulse.1 = law.impulse(row, mobility, impulse.0);
+                impulse.1 = slowing_impulse(law, row, mobility, impulse.0);
             }
         }
         impulses

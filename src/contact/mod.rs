@@ -4,15 +4,20 @@
 //! pure functions from [`Row`]s to impulses. [`watch`] finds their contacts and carries each as a
 //! plane with the moving target; [`friction`] holds the laws.
 
+pub mod approach;
+pub mod cables;
 pub mod friction;
 pub mod impulse;
+pub mod pairs;
 pub mod penalty;
+pub mod preview;
 pub mod rapier;
+pub mod sequential;
 pub mod watch;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::state::Body;
+use crate::state::{Body, Contact, Knots};
 use crate::target::Target;
 use crate::target::spec::Motion;
 
@@ -80,5 +85,40 @@ impl Mobility {
     pub fn along(&self, direction: &Vector3<f64>, arm: &Vector3<f64>) -> f64 {
         let turn = arm.cross(direction);
         self.inverse_mass * direction.norm_squared() + turn.dot(&(self.inverse_inertia * turn))
+    }
+}
+
+/// Impulses of a contact within a step, and the work of the target's surface against them.
+///
+/// Work on the net is impulse times the mean of a knot's velocity before and after the step: with all
+/// impulses of the step so weighed, cables' among them, it is exactly the change of kinetic energy.
+/// Over single kicks it would count as lost whatever cables press into a contact at rest. The target,
+/// which contacts alone move, is weighed kick by kick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Along the normals [N s].
+    along: Vector3<f64>,
+    /// Across them [N s].
+    across: Vector3<f64>,
+    /// Work of both that the surface gives [J].
+    from_surface: [f64; 2],
+}
+
+impl Tally {
+    /// Adds impulses on the net along and across the normal, while the surface has the mean velocity
+    /// `surface` [m/s].
+    pub fn add(&mut self, along: &Vector3<f64>, across: &Vector3<f64>, surface: &Vector3<f64>) {
+        self.along += along;
+        self.across += across;
+        self.from_surface[0] += along.dot(surface);
+        self.from_surface[1] += across.dot(surface);
+    }
+
+    /// Work and losses within a step from `before` to `after`.
+    pub fn weigh(&self, contact: &mut Contact, before: &Knots, after: &Knots) {
+        let mean = 0.5 * (contact.at_place(&before.velocity) + contact.at_place(&after.velocity));
+        contact.work_on_knot = (self.along + self.across).dot(&mean);
+        contact.loss = self.from_surface[0] - self.along.dot(&mean);
+        contact.friction_loss = self.from_surface[1] - self.across.dot(&mean);
     }
 }

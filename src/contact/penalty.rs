@@ -18,8 +18,9 @@
 
 use nalgebra::Vector3;
 
-use super::friction::Law;
+use super::friction::slowing_impulse;
 use super::{Mobility, Row};
+use crate::friction::Law;
 use crate::net::Net;
 use crate::solver;
 use crate::solver::PenaltyLaw;
@@ -67,7 +68,7 @@ impl Penalty {
         rows.iter()
             .map(|row| {
                 let normal = step * self.force(row.knot, -row.gap, -row.speed());
-                let across = self.friction.map(|law| law.impulse(row, mobility, normal));
+                let across = self.friction.map(|law| slowing_impulse(&law, row, mobility, normal));
                 (normal, across.unwrap_or_default())
             })
             .collect()
@@ -87,13 +88,19 @@ impl Penalty {
         force.max(0.0)
     }
 
+    /// Deepest overlap of a knot that meets the target at `speed` [m/s], by energy:
+    /// m v² / 2 = k δⁿ⁺¹ / (n + 1)   [m].
+    pub fn deepest(&self, net: &Net, knot: usize, speed: f64) -> f64 {
+        let n = self.exponent;
+        (0.5 * net.mass[knot] * speed * speed * (n + 1.0) / self.stiffness[knot]).powf(1.0 / (n + 1.0))
+    }
+
     /// Largest step at which knots that meet the target at `speed` [m/s] are stable [s].
     pub fn stable_step(&self, net: &Net, speed: f64) -> f64 {
         let n = self.exponent;
         let limit = |knot: usize| {
             let (k, m) = (self.stiffness[knot], net.mass[knot]);
-            // Deepest overlap by energy: m v² / 2 = k δⁿ⁺¹ / (n + 1).
-            let depth = (0.5 * m * speed * speed * (n + 1.0) / k).powf(1.0 / (n + 1.0));
+            let depth = self.deepest(net, knot, speed);
             let frequency = (n * k * depth.powf(n - 1.0) / m).sqrt();
             let damping = match self.law {
                 PenaltyLaw::SpringDashpot => self.damping,

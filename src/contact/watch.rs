@@ -1,22 +1,21 @@
 //! Contacts of our own responses: found by the engine's narrow phase, carried as planes.
 //!
-//! Two levels of detection (Section 4.5.1). While the box of the net and the box of the target are
-//! apart nothing is detected. Then the engine finds every knot within `reach` of a part; each
-//! becomes a plane fixed to the target, which sub-steps carry along as the target moves and turns.
-//! Detection is repeated before any knot can have come half the reach nearer, and sees as far
-//! as the fastest knot may come within a step.
+//! When a detection is due (see [`super::approach`]) the engine finds every knot within `reach` of a
+//! part; each becomes a plane fixed to the target, which sub-steps carry along as the target moves
+//! and turns.
 //!
 //! A plane stands for the surface near the knot: past an edge it goes on by at most half the reach,
 //! and on a curved part of radius R the knot floats by up to reach² / (8 R).
 
 use nalgebra::Vector3;
 
+use super::approach::{Approach, Look};
 use super::impulse::Impulse;
 use super::penalty::Penalty;
-use super::{Mobility, Row};
+use super::{Mobility, Row, Tally};
 use crate::net::Net;
 use crate::solver::Precision;
-use crate::state::{Body, Contact, State};
+use crate::state::{Body, Contact, Knots, State};
 use crate::target::Target;
 use crate::world::Detector;
 
@@ -34,12 +33,9 @@ pub struct Watch {
     response: Response,
     /// In the body frame.
     mobility: Mobility,
-    reach: f64,
-    bounding_radius: f64,
+    approach: Approach,
     radius: Vec<f64>,
     planes: Vec<Plane>,
-    /// How much nearer a knot may have come since the last detection [m].
-    nearer: f64,
     found: Vec<Contact>,
     /// Rows of the sub-step, with their planes; kept for its memory.
     rows: Vec<(usize, Row)>,
@@ -56,6 +52,7 @@ struct Plane {
     height: f64,
     /// What happened at it within the step.
     record: Contact,
+    tally: Tally,
 }
 
 /// Knots whose contacts are answered: those of a kernel, or of the state.
@@ -79,11 +76,9 @@ impl Watch {
             detector: Detector::new(net, target, precision),
             response,
             mobility: Mobility::of(target),
-            reach,
-            bounding_radius: target.bounding_radius,
+            approach: Approach::new(reach, target.bounding_radius),
             radius: net.radius.clone(),
             planes: Vec::new(),
-            nearer: f64::INFINITY,
             found: Vec::new(),
             rows: Vec::new(),
             n_detections: 0,
@@ -94,27 +89,17 @@ impl Watch {
     pub fn look(&mut self, state: &State, body: &Body, step: f64) {
         for plane in &mut self.planes {
             plane.record = empty_record(plane.knot, plane.part);
+            plane.tally = Tally::default();
         }
-        let speed_squared = |v: &Vector3<f64>| (v - body.velocity).norm_squared();
-        let fastest = state.knots.velocity.iter().map(speed_squared).fold(0.0, f64::max).sqrt();
-        let nearer = step * (fastest + body.rate.norm() * self.bounding_radius);
-        // A snap within the step may double a knot's speed; half the reach is left for that. A knot
-        // so fast that it comes past half the reach in one step would be in the target unseen.
-        let reach = self.reach.max(2.0 * nearer);
-        if state.knots.apart_from(body, self.bounding_radius + reach) {
-            self.planes.clear();
-            self.nearer = f64::INFINITY;
-            return;
-        }
-        self.nearer += nearer;
-        if self.nearer > 0.5 * self.reach {
-            self.detect(state, body, reach);
+        match self.approach.look(&state.knots, body, step) {
+            Look::Apart => self.planes.clear(),
+            Look::Known => {}
+            Look::Due(reach) => self.detect(state, body, reach),
         }
     }
 
     fn detect(&mut self, state: &State, body: &Body, reach: f64) {
         self.detector.detect(state, body, reach, &mut self.found);
-        self.nearer = 0.0;
         self.n_detections += 1;
         self.planes.clear();
         for contact in &self.found {
@@ -125,6 +110,7 @@ impl Watch {
                 normal: body.attitude.inverse_transform_vector(&contact.normal),
                 height: contact.normal.dot(&from_centre) - contact.gap,
                 record: empty_record(contact.knot, contact.part),
+                tally: Tally::default(),
             });
         }
     }
@@ -197,38 +183,34 @@ impl Watch {
             if impulse == Vector3::zeros() {
                 continue;
             }
-            let old = knots.velocity(row.knot);
             knots.push(row.knot, &impulse);
             touched(row.knot);
-            // Averages over the kick: impulse times average velocity is exactly the change of
-            // kinetic energy, of knots and target together.
-            let new = knots.velocity(row.knot);
-            let arm = row.arm;
-            let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&arm));
-            let sliding = 0.5 * (old + new) - surface;
-            let record = &mut self.planes[*index].record;
+            let surface = 0.5 * (before.velocity + body.velocity + (before.rate + body.rate).cross(&row.arm));
+            let Plane { record, tally, .. } = &mut self.planes[*index];
             record.normal = row.normal;
             record.impulse += normal;
             // The mean over the sub-steps, so that impulse and moment agree.
             if record.impulse > 0.0 {
-                record.point += (normal / record.impulse) * (before.position + arm - record.point);
+                record.point += (normal / record.impulse) * (before.position + row.arm - record.point);
             }
             record.friction += across;
-            record.work_on_knot += impulse.dot(&(0.5 * (old + new)));
-            record.loss -= normal * row.normal.dot(&sliding);
-            record.friction_loss -= across.dot(&sliding);
+            tally.add(&(*normal * row.normal), across, &surface);
         }
     }
 
-    /// The contacts within the step.
-    pub fn report(&self, contacts: &mut Vec<Contact>) {
+    /// The contacts within the step from `before` to `after`.
+    pub fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
         contacts.clear();
-        contacts.extend(self.planes.iter().map(|plane| plane.record).filter(|record| record.gap.is_finite()));
+        for plane in self.planes.iter().filter(|plane| plane.record.gap.is_finite()) {
+            let mut contact = plane.record;
+            plane.tally.weigh(&mut contact, before, after);
+            contacts.push(contact);
+        }
     }
 
     /// Whether contacts are being looked for.
     pub fn detecting(&self) -> bool {
-        self.nearer.is_finite()
+        self.approach.near()
     }
 
     /// Number of colliders of the detector.

@@ -1,8 +1,9 @@
 //! Friction between net and target (Section 4.2.2).
 //!
-//! |f_t| ≤ μ f_n, against the sliding velocity: Coulomb's law for every contact response, Hollars'
-//! law (Eq. 4.6) for those of our own. The engine solves it as two rows a contact, bounded by μ
-//! times the normal impulse of the same sub-step; ours apply it after the normal impulses.
+//! |f_t| ≤ μ f_n, against the sliding velocity, by Coulomb's law or Hollars' (Eq. 4.6), at contacts of
+//! knots and, where the scene has them, of cables. The engine solves it as two rows a contact,
+//! bounded by μ times the normal impulse of the same sub-step, with Hollars' μ taken at the speed
+//! of sliding at the start of the step; ours apply it after the normal impulses.
 //!
 //! Friction is internal to net and target: it takes energy out and moves momentum between them.
 
@@ -10,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Effect, Parameters};
-use crate::contact::friction;
+use crate::friction;
 use crate::net::Net;
 use crate::plan::Plan;
 use crate::quantity::Positive;
@@ -43,7 +44,7 @@ pub enum Law {
     /// One coefficient for sticking and sliding.
     #[default]
     Coulomb,
-    /// Eq. 4.6; not with `solver.contact` `rapier`.
+    /// Eq. 4.6.
     Hollars,
 }
 

@@ -6,21 +6,23 @@
 //! which goes to its own row of the ledger. Each has its own timer and counter.
 
 pub mod cabin;
+pub mod cable_contact;
 pub mod chaser;
 pub mod closing;
 mod field;
 pub mod friction;
 pub mod orbit;
+pub mod self_contact;
 pub mod tug;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::net::Net;
-use crate::plan::Plan;
+use crate::plan::{Plan, Setting};
 use crate::problems::Problems;
 use crate::read::join;
-use crate::state::{Knots, Loads, Posting, State};
+use crate::state::{Body, Contact, Knots, Loads, Posting, State};
 use crate::target::Target;
 use crate::target::files::Files;
 
@@ -45,6 +47,9 @@ pub trait Effect: Send {
 
     /// What it asks of the world before that is built.
     fn install(&self, _plan: &mut Plan) {}
+
+    /// Builds what depends on the whole scene, after all effects have said what they ask for.
+    fn prepare(&mut self, _setting: &Setting<'_>) {}
 
     /// What that is, in words, for `tumblenet show`.
     fn installs(&self) -> String;
@@ -88,6 +93,23 @@ pub trait Effect: Send {
     /// Changes velocities of knots before these move for `step` seconds, and marks those it changed;
     /// called in every step or sub-step of the cable model.
     fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
+
+    /// Whether it answers contacts of net and target; one that does not is not called for that.
+    fn presses(&self) -> bool {
+        false
+    }
+
+    /// Answers contacts within the coming (sub-)step of `step` seconds, after all pulls: changes
+    /// velocities of knots and target, and marks the knots it changed.
+    fn press(&mut self, _knots: &mut Knots, _body: &mut Body, _step: f64, _touched: &mut [bool]) {}
+
+    /// Adds the contacts it answered within the step from `before` to `after`.
+    fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
+
+    /// Colliders it has the engine detect with, times it did, since the start.
+    fn detection(&self) -> (usize, u64) {
+        (0, 0)
+    }
 
     /// Energy it holds in `state` [J].
     fn stored_energy(&self, _state: &State) -> f64 {
@@ -183,4 +205,8 @@ effects! {
     closing: closing::Closing,
     /// A pull on the net's centre.
     tug: tug::Tug,
+    /// Contact of whole cables with the target, not of knots alone.
+    cable_contact: cable_contact::CableContact,
+    /// Contact of cables and bullets of the net with each other.
+    self_contact: self_contact::SelfContact,
 }

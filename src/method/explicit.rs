@@ -8,7 +8,7 @@ use crate::case::Case;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Failure};
 use crate::plan::Plan;
-use crate::state::{Knots, State};
+use crate::state::State;
 use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -51,9 +51,10 @@ impl ExplicitMethod {
         }
     }
 
-    /// One step.
+    /// One step from `before`.
     pub fn advance(
         &mut self,
+        before: &State,
         state: &mut State,
         work: &mut Work,
         pull: &mut dyn Pull,
@@ -69,7 +70,7 @@ impl ExplicitMethod {
         for _ in 0..self.n_substeps {
             self.net.kick(self.substep);
             if pull.any() {
-                self.pull(&mut state.knots, pull);
+                self.pull(state, pull);
             }
             if let Some(body) = &mut state.target {
                 if let Some(watch) = &mut self.watch {
@@ -87,21 +88,22 @@ impl ExplicitMethod {
         clock.lap(&mut work.stages.cables);
 
         if let Some(watch) = &self.watch {
-            watch.report(&mut state.contacts);
+            watch.report(&before.knots, &state.knots, &mut state.contacts);
             work.detections = watch.n_detections;
         }
+        pull.report(&before.knots, &state.knots, &mut state.contacts);
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
         Ok(())
     }
 
     /// Threads act sub-step by sub-step: over a whole step they would stretch the cables.
-    fn pull(&mut self, knots: &mut Knots, pull: &mut dyn Pull) {
-        self.net.store(knots);
-        pull.pull(knots, self.substep, &mut self.touched);
+    fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) {
+        self.net.store(&mut state.knots);
+        pull.pull(&mut state.knots, &mut state.target, self.substep, &mut self.touched);
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
-                self.net.set_velocity(knot, &knots.velocity[knot]);
+                self.net.set_velocity(knot, &state.knots.velocity[knot]);
             }
         }
     }

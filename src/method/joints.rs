@@ -33,6 +33,8 @@ pub struct JointsMethod {
     parts: Parts,
     /// What effects changed in this step: knot and change of velocity [m/s].
     pulled: Vec<(usize, Vector3<f64>)>,
+    /// The same for the target: of its velocity [m/s] and its rate [rad/s], if they changed.
+    pulled_target: Option<(Vector3<f64>, Vector3<f64>)>,
     has_pulled: bool,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
@@ -55,6 +57,7 @@ impl JointsMethod {
             inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
             parts: Parts::new(most_parts(case, plan)),
             pulled: Vec::new(),
+            pulled_target: None,
             has_pulled: false,
             starts: Default::default(),
             touched: vec![false; case.net.n_knots()],
@@ -74,7 +77,7 @@ impl JointsMethod {
     ) -> Result<(), Failure> {
         if let Some(flight) = &mut self.flight {
             if self.world.apart(state) {
-                return flight.advance(state, work, pull);
+                return flight.advance(before, state, work, pull);
             }
             // The engine takes over what the explicit net has flown to.
             self.world.write(state);
@@ -91,6 +94,7 @@ impl JointsMethod {
         let energy = self.cables.energy(&state.knots);
         self.parts.start(energy);
         self.has_pulled = false;
+        self.pulled_target = None;
         loop {
             let gain = self.in_parts(before, state, work, pull, &mut clock)? - energy;
             if self.parts.hear(gain, energy + gain) {
@@ -107,6 +111,7 @@ impl JointsMethod {
             self.cables.observe(state);
             clock.lap(&mut work.stages.cables);
         }
+        pull.report(&before.knots, &state.knots, &mut state.contacts);
         self.count(work);
         Ok(())
     }
@@ -140,6 +145,11 @@ impl JointsMethod {
             if part == 0 {
                 // Threads last before the world moves: nothing but its rows then spoils their length.
                 put_in += self.pull(state, pull);
+                if self.pulled_target.is_some() {
+                    // What the engine's contacts do to the target begins after that.
+                    self.starts[1].clone_from(before);
+                    self.starts[1].target = state.target;
+                }
             } else {
                 self.starts[1].clone_from(state);
             }
@@ -157,7 +167,8 @@ impl JointsMethod {
 
             if let Some(rapier) = &mut self.rapier {
                 let n_before = state.contacts.len();
-                let start = if part == 0 { before } else { &self.starts[1] };
+                let is_before = part == 0 && self.pulled_target.is_none();
+                let start = if is_before { before } else { &self.starts[1] };
                 rapier.observe(&mut self.world, start, state, step);
                 put_in += state.contacts[n_before..].iter().map(|contact| contact.work_on_knot).sum::<f64>();
                 failure::check(state, "contact")?;
@@ -184,7 +195,14 @@ impl JointsMethod {
             self.pulled.clear();
             let mut pulled = std::mem::take(&mut self.starts[1].knots);
             pulled.clone_from(&state.knots);
-            pull.pull(&mut pulled, self.step, &mut self.touched);
+            let mut target = state.target;
+            pull.pull(&mut pulled, &mut target, self.step, &mut self.touched);
+            self.pulled_target = match (state.target, target) {
+                (Some(old), Some(new)) if old != new => {
+                    Some((new.velocity - old.velocity, new.rate - old.rate))
+                }
+                _ => None,
+            };
             for (knot, touched) in self.touched.iter_mut().enumerate() {
                 if std::mem::take(touched) {
                     self.pulled.push((knot, pulled.velocity[knot] - state.knots.velocity[knot]));
@@ -198,6 +216,11 @@ impl JointsMethod {
             work += change.dot(&(*velocity + 0.5 * change)) / self.inverse_mass[knot];
             *velocity += change;
             self.world.set_velocity(knot, velocity);
+        }
+        if let (Some(body), Some((velocity, rate))) = (&mut state.target, self.pulled_target) {
+            body.velocity += velocity;
+            body.rate += rate;
+            self.world.set_target(body);
         }
         work
     }
@@ -267,7 +290,7 @@ fn answer(
         end.rate = body.rate;
         world.set_target(end);
     }
-    watch.report(&mut state.contacts);
+    watch.report(&before.knots, &state.knots, &mut state.contacts);
 }
 
 /// Knots at the positions of the start of the step, with the velocities of its end.

@@ -15,7 +15,7 @@ use crate::contact::watch::{Response, Watch};
 use crate::failure::Failure;
 use crate::plan::Plan;
 use crate::solver::{CableModel, ContactModel};
-use crate::state::{Knots, State};
+use crate::state::{Body, Contact, Knots, State};
 use crate::work::Work;
 use crate::world::Census;
 
@@ -49,7 +49,7 @@ impl Method {
     ) -> Result<(), Failure> {
         match self {
             Method::Joints(method) => method.advance(before, state, work, pull),
-            Method::Explicit(method) => method.advance(state, work, pull),
+            Method::Explicit(method) => method.advance(before, state, work, pull),
         }
     }
 
@@ -77,14 +77,17 @@ impl Method {
     }
 }
 
-/// What changes velocities of knots at once, before they move: threads, say.
+/// What changes velocities of knots at once, before they move: threads, say, or contact of cables.
 pub trait Pull {
     /// Whether there is anything of the kind.
     fn any(&self) -> bool;
 
-    /// Changes velocities of `knots` for the coming (sub-)step of `step` seconds, and marks those it
-    /// changed.
-    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
+    /// Changes velocities of `knots` and of the target for the coming (sub-)step of `step` seconds, and
+    /// marks the knots it changed.
+    fn pull(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]);
+
+    /// Adds the contacts it answered within the step from `before` to `after`.
+    fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>);
 }
 
 /// The watch over the target for a response of our own; none for the engine's, or without a target.

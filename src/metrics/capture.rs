@@ -15,6 +15,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::inside::Inside;
 use crate::case::Case;
 use crate::geometry::{Hull, vector_area};
 use crate::run::Run;
@@ -33,6 +34,8 @@ pub struct Curves {
     pub separation: Vec<f64>,
     /// [-]
     pub cqi: Vec<f64>,
+    /// Cables that go through the target; see [`super::inside`].
+    pub cables_inside: Vec<usize>,
 }
 
 /// Why a target counts as captured or not.
@@ -73,6 +76,7 @@ impl Curves {
     pub fn of(case: &Case, run: &Run) -> Curves {
         let mut curves = Curves::default();
         let Some(target) = &case.target else { return curves };
+        let inside = Inside::of(target);
         for (knots, body) in run.frames.knots.iter().zip(&run.frames.target) {
             let hull = Hull::of(knots);
             let distance = (centre_of_mass(&case.net.mass, knots) - body.position).norm();
@@ -81,6 +85,7 @@ impl Curves {
             let [w_volume, w_surface, w_distance] = case.scene.capture.cqi_weights;
             curves.enclosed.push(hull.map_or(0.0, |hull| enclosed(target, body, &hull)));
             curves.mouth.push(mouth(case, knots));
+            curves.cables_inside.push(inside.count(&case.net.cables, knots, body));
             curves.separation.push(separation);
             curves.cqi.push(
                 w_volume * (volume - target.hull_volume).abs() / target.hull_volume
@@ -150,6 +155,7 @@ mod tests {
             mouth: mouth.to_vec(),
             separation: vec![0.0; n],
             cqi: vec![0.0; n],
+            cables_inside: vec![0; n],
         };
         let times: Vec<f64> = (0..n).map(|i| 0.1 * i as f64).collect();
         Capture::of(&CaptureRule { hold_s: 0.2, ..CaptureRule::default() }, &times, &curves).unwrap()

@@ -3,5 +3,6 @@
 pub mod capture;
 pub mod conservation;
 pub mod deployment;
+pub mod inside;
 pub mod retention;
 pub mod summary;

@@ -84,6 +84,10 @@ pub struct ContactSummary {
     pub detections: u64,
     /// Contacts, summed over the steps.
     pub contacts: u64,
+    /// Cables whose middle line goes through the target, at the end.
+    pub cables_inside: usize,
+    /// The most of them in any frame.
+    pub max_cables_inside: usize,
 }
 
 /// What became of the target.
@@ -193,6 +197,8 @@ impl Summary {
                 max_penetration_m: extremes.penetration,
                 detections: run.work.detections,
                 contacts: run.work.contacts,
+                cables_inside: curves.cables_inside.last().copied().unwrap_or(0),
+                max_cables_inside: curves.cables_inside.iter().copied().max().unwrap_or(0),
             }),
             capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
             target: target_summary(case, run),

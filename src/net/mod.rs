@@ -140,6 +140,11 @@ impl Net {
         self.mass.len()
     }
 
+    /// Radius of a cable [m]: that of its thinner end knot.
+    pub fn cable_radius(&self, cable: usize) -> f64 {
+        self.radius[self.cables[cable].a].min(self.radius[self.cables[cable].b])
+    }
+
     /// Total mass [kg].
     pub fn total_mass(&self) -> f64 {
         self.mass.iter().sum()

@@ -60,7 +60,7 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
     let has_target = !frames.target.is_empty();
     let mut head = vec!["t_s", "area_m2"];
     if has_target {
-        head.extend(["enclosed", "mouth", "separation", "cqi"]);
+        head.extend(["enclosed", "mouth", "separation", "cqi", "cables_inside"]);
         head.extend(["target_x_m", "target_y_m", "target_z_m"]);
         head.extend(["target_qw", "target_qx", "target_qy", "target_qz"]);
         head.extend(["spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"]);
@@ -81,6 +81,7 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
         if has_target {
             let body = &frames.target[i];
             row.extend([curves.enclosed[i], curves.mouth[i], curves.separation[i], curves.cqi[i]]);
+            row.push(curves.cables_inside[i] as f64);
             row.extend(body.position.iter());
             let q = body.attitude.quaternion();
             row.extend([q.w, q.i, q.j, q.k]);

@@ -30,6 +30,7 @@ pub fn summary(summary: &Summary) -> String {
         rows.optional("first contact", contact.first_contact_s, "s", "none");
         rows.number("largest impulse", contact.max_impulse_n_s, "N s");
         rows.number("deepest penetration", contact.max_penetration_m * 1e3, "mm");
+        rows.number("cables through the target", contact.cables_inside as f64, "");
     }
     if let Some(target) = &summary.target {
         rows.head("target");

@@ -3,11 +3,11 @@
 use nalgebra::Vector3;
 
 use super::schema::Scene;
+use crate::cables::explicit::{self, SAFE};
 use crate::case::{self, Pace};
 use crate::closing::layouts::Layout;
 use crate::closing::trigger::Trigger;
 use crate::effects::chaser;
-use crate::effects::friction::Law;
 use crate::limits::{Limit, Limits};
 use crate::metrics::summary::Summary;
 use crate::net::{Net, spec};
@@ -18,6 +18,9 @@ use crate::target::spec::Motion;
 
 /// What a recorded frame takes beside its knots (ledger, target, readings), in knots.
 const FRAME_KNOTS: usize = 16;
+
+/// Most explicit sub-steps within a step of the engine; real nets have some hundred.
+const MAX_PARTS: f64 = 1e5;
 
 /// Largest turn of a target within a step [rad]; the engine clips rotation at 45 degrees a step.
 const MAX_TURN: f64 = 0.25 * std::f64::consts::PI;
@@ -144,12 +147,20 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
             "0: a penalty force bounces by solver.penalty.alpha_s_m",
         );
     }
-    let hollars = scene.effects.friction.is_some_and(|friction| friction.law == Law::Hollars);
-    if hollars && !own_contact {
+}
+
+/// Checks how many explicit sub-steps the net would take within a step of the engine: a flight takes
+/// them, and a step that makes energy is cut into as many parts.
+fn check_parts(scene: &Scene, net: &Net, step: f64, problems: &mut Problems) {
+    let shortest = step / MAX_PARTS;
+    let stable = SAFE * explicit::stable_step(net);
+    if scene.solver.cables == CableModel::Joints && stable < shortest {
         problems.add(
-            "effects.friction.law",
-            "\"hollars\" with solver.contact \"rapier\"",
-            "\"coulomb\", or solver.contact \"impulse\" or \"penalty\": the engine has one coefficient",
+            "solver.step_s",
+            format!("{step}, with cables that swing within {stable:.3e} s"),
+            format!(
+                "a step of at most {MAX_PARTS:.0e} times that: softer cables, heavier knots or a shorter step"
+            ),
         );
     }
 }
@@ -208,6 +219,7 @@ pub fn check_built(
     // The step that was chosen, where the scene leaves it out.
     let substeps = if scene.solver.cables == CableModel::Explicit { pace.substeps } else { 1 };
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
+    check_parts(scene, net, step, problems);
     let Some(target) = target else { return };
     check_start(net, target, problems);
     let turn = target.spin.norm() * step;

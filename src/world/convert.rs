@@ -83,7 +83,7 @@ mod tests {
             for inertia in [plain, turned * plain * turned.inverse()] {
                 let found = engines_mass(3.0, &inertia).reconstruct_inertia_matrix();
                 let found = Matrix3::from_column_slice(&found.to_cols_array().map(number));
-                let rounding = 10.0 * number(Real::EPSILON);
+                let rounding = 64.0 * number(Real::EPSILON); // a moment comes back by way of its inverse
                 assert!((found - inertia).amax() < rounding, "{moments:?}: {found}");
             }
         }

@@ -1,76 +1,95 @@
 //! Contacts from the narrow phase, without dynamics; see [`crate::world::Detector`].
 
+use nalgebra::Isometry3;
+
 use super::convert::{engines, engines_pose, engines_pose_of, real};
 use super::rapier::prelude::{
-    ActiveCollisionTypes, BroadPhaseBvh, ColliderBuilder, ColliderHandle, ColliderSet, CollisionPipeline,
-    IslandManager, NarrowPhase, RigidBodySet,
+    ActiveCollisionTypes, BroadPhaseBvh, Collider, ColliderBuilder, ColliderHandle, ColliderSet,
+    CollisionPipeline, Group, IslandManager, NarrowPhase, RigidBodySet,
 };
 use super::{KNOTS, TARGET, contact_collider, read_contacts, shapes};
 use crate::net::Net;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
 use crate::world::Setup;
-use nalgebra::Isometry3;
 
 /// Colliders of knots and parts, moved to where they are and asked for contacts.
 pub struct Detector {
-    pipeline: CollisionPipeline,
-    islands: IslandManager,
-    broad_phase: BroadPhaseBvh,
-    narrow_phase: NarrowPhase,
-    bodies: RigidBodySet,
-    colliders: ColliderSet,
+    scan: Scan,
+    parts: Parts,
     knots: Vec<ColliderHandle>,
-    parts: Vec<(ColliderHandle, Isometry3<f64>)>,
 }
 
 impl Detector {
     /// Finds contacts of `net` with `target`.
     pub fn new(net: &Net, target: &Target) -> Detector {
-        let mut colliders = ColliderSet::new();
-        let setup = Setup::default();
-        let all = ActiveCollisionTypes::all(); // no bodies stand behind them
-        let parts = target
-            .parts
-            .iter()
-            .enumerate()
-            .map(|(index, part)| {
-                let shape = ColliderBuilder::new(shapes::shape(part)).active_collision_types(all);
-                (colliders.insert(contact_collider(shape, &setup, TARGET, KNOTS, index)), part.pose)
-            })
-            .collect();
-        let knots = (0..net.n_knots())
-            .map(|knot| {
-                let ball = ColliderBuilder::ball(real(net.radius[knot])).active_collision_types(all);
-                colliders.insert(contact_collider(ball, &setup, KNOTS, TARGET, knot))
-            })
-            .collect();
-        Detector {
-            pipeline: CollisionPipeline::new(),
-            islands: IslandManager::new(),
-            broad_phase: BroadPhaseBvh::new(),
-            narrow_phase: NarrowPhase::new(),
-            bodies: RigidBodySet::new(),
-            colliders,
-            knots,
-            parts,
-        }
+        let mut scan = Scan::new();
+        let parts = Parts::insert(&mut scan, target, KNOTS);
+        let ball = |knot: usize| ColliderBuilder::ball(real(net.radius[knot]));
+        let knots = (0..net.n_knots()).map(|knot| scan.insert(ball(knot), KNOTS, TARGET, knot)).collect();
+        Detector { scan, parts, knots }
     }
 
     /// Contacts at the pose of `state` and `body` whose gap is at most `reach` [m], in the order of
     /// knots and parts.
     pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
-        let pose = engines_pose_of(&body.position, &body.attitude);
-        for (handle, part) in &self.parts {
-            if let Some(collider) = self.colliders.get_mut(*handle) {
-                collider.set_position(pose * engines_pose(part));
-            }
-        }
+        self.parts.place(&mut self.scan, body);
         for (&handle, position) in self.knots.iter().zip(&state.knots.position) {
-            if let Some(collider) = self.colliders.get_mut(handle) {
+            if let Some(collider) = self.scan.collider(handle) {
                 collider.set_translation(engines(position));
             }
         }
+        self.scan.run(reach);
+        read_contacts(&self.scan.narrow_phase, &self.scan.colliders, contacts);
+    }
+
+    pub fn n_colliders(&self) -> usize {
+        self.scan.colliders.len()
+    }
+}
+
+/// Detection with colliders that no body carries.
+pub struct Scan {
+    pipeline: CollisionPipeline,
+    islands: IslandManager,
+    broad_phase: BroadPhaseBvh,
+    bodies: RigidBodySet,
+    pub narrow_phase: NarrowPhase,
+    pub colliders: ColliderSet,
+}
+
+impl Scan {
+    pub fn new() -> Scan {
+        Scan {
+            pipeline: CollisionPipeline::new(),
+            islands: IslandManager::new(),
+            broad_phase: BroadPhaseBvh::new(),
+            bodies: RigidBodySet::new(),
+            narrow_phase: NarrowPhase::new(),
+            colliders: ColliderSet::new(),
+        }
+    }
+
+    /// Adds collider `index` of a group, which sees another.
+    pub fn insert(
+        &mut self,
+        shape: ColliderBuilder,
+        member_of: Group,
+        sees: Group,
+        index: usize,
+    ) -> ColliderHandle {
+        // No bodies stand behind them.
+        let shape = shape.active_collision_types(ActiveCollisionTypes::all());
+        self.colliders.insert(contact_collider(shape, &Setup::default(), member_of, sees, index))
+    }
+
+    /// A collider, to be moved.
+    pub fn collider(&mut self, handle: ColliderHandle) -> Option<&mut Collider> {
+        self.colliders.get_mut(handle)
+    }
+
+    /// Detects what is at most `reach` apart [m] where the colliders are now.
+    pub fn run(&mut self, reach: f64) {
         self.pipeline.step(
             real(reach),
             &mut self.islands,
@@ -81,10 +100,29 @@ impl Detector {
             &(),
             &(),
         );
-        read_contacts(&self.narrow_phase, &self.colliders, contacts);
+    }
+}
+
+/// The parts of a target in a scan, with their poses in the body frame.
+pub struct Parts(Vec<(ColliderHandle, Isometry3<f64>)>);
+
+impl Parts {
+    /// Adds the parts of `target`, which see one group.
+    pub fn insert(scan: &mut Scan, target: &Target, sees: Group) -> Parts {
+        let parts = target.parts.iter().enumerate();
+        let add = parts.map(|(index, part)| {
+            (scan.insert(ColliderBuilder::new(shapes::shape(part)), TARGET, sees, index), part.pose)
+        });
+        Parts(add.collect())
     }
 
-    pub fn n_colliders(&self) -> usize {
-        self.colliders.len()
+    /// Moves them to where the body is.
+    pub fn place(&self, scan: &mut Scan, body: &Body) {
+        let pose = engines_pose_of(&body.position, &body.attitude);
+        for (handle, part) in &self.0 {
+            if let Some(collider) = scan.collider(*handle) {
+                collider.set_position(pose * engines_pose(part));
+            }
+        }
     }
 }

@@ -3,6 +3,8 @@
 //! Bodies are built once; a step writes velocities that snaps changed and forces of effects, lets
 //! the engine advance, and reads positions, velocities and contacts back.
 
+#[path = "capsules.rs"]
+pub mod capsules;
 #[path = "convert.rs"]
 mod convert;
 #[path = "detector.rs"]
@@ -11,10 +13,13 @@ pub mod detector;
 pub mod settings;
 #[path = "shapes.rs"]
 mod shapes;
+#[path = "sliding.rs"]
+mod sliding;
 
 use nalgebra::Vector3;
 
 use super::rapier;
+use crate::friction::Law;
 use crate::net::Net;
 use crate::state::{Body, Contact, Knots, Loads, State};
 use crate::target::Target;
@@ -22,11 +27,13 @@ use crate::target::spec::Motion;
 use crate::world::{Census, Setup};
 use convert::{engines, engines_mass, engines_pose, engines_pose_of, number, our_rotation, ours, real};
 use rapier::prelude::{
-    Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group, ImpulseJointHandle,
-    InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes, MassProperties,
-    NarrowPhase, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients, Vector,
+    ActiveHooks, Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group,
+    ImpulseJointHandle, InteractionGroups, InteractionTestMode, JointAxesMask, JointAxis, LockedAxes,
+    MassProperties, NarrowPhase, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType,
+    SpringCoefficients, Vector,
 };
 use rapier::utils::OrthonormalBasis;
+use sliding::Sliding;
 
 /// The engine's world; what each method does is said at [`crate::world::World`].
 pub struct World {
@@ -34,6 +41,8 @@ pub struct World {
     knots: Vec<RigidBodyHandle>,
     joints: Vec<ImpulseJointHandle>,
     target: Option<TargetHandles>,
+    /// The friction law, where the engine's own, Coulomb's, is not enough.
+    sliding: Option<Sliding>,
     forces_act: bool,
 }
 
@@ -49,6 +58,7 @@ struct TargetHandles {
 
 const KNOTS: Group = Group::GROUP_1;
 const TARGET: Group = Group::GROUP_2;
+const CABLES: Group = Group::GROUP_3;
 
 impl World {
     pub fn new(net: &Net, target: Option<&Target>, setup: &Setup) -> World {
@@ -83,7 +93,11 @@ impl World {
             })
             .collect();
         let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
-        World { physics, knots, joints: Vec::new(), target, forces_act: false }
+        let sliding = match setup.friction {
+            Some(law @ Law::Hollars { .. }) => Some(Sliding { law }),
+            _ => None,
+        };
+        World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
     }
 
     pub fn tie(
@@ -189,7 +203,10 @@ impl World {
         self.watch(state);
         self.physics.integration_parameters.dt = real(step);
         self.physics.integration_parameters.num_internal_pgs_iterations = sweeps as usize;
-        self.physics.step();
+        match &self.sliding {
+            Some(sliding) => self.physics.step_with_events(sliding, &()),
+            None => self.physics.step(),
+        }
         if self.forces_act {
             // The engine keeps forces until they are taken back.
             for &handle in &self.knots {
@@ -337,7 +354,11 @@ fn contact_collider(
         .density(0.0)
         // Restitution is ours: see `contact::rapier`.
         .restitution(0.0)
-        .friction(real(setup.friction))
+        .friction(real(setup.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY))))
+        .active_hooks(match setup.friction {
+            Some(Law::Hollars { .. }) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
+            _ => ActiveHooks::empty(),
+        })
         .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
         .user_data(index as u128)
         .build()

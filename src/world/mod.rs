@@ -19,6 +19,7 @@ pub mod sweeps;
 
 use nalgebra::Vector3;
 
+use crate::friction::Law;
 use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Body, Contact, Loads, State};
@@ -33,8 +34,8 @@ pub struct Setup {
     pub step: f64,
     /// Sub-steps of the engine within a step.
     pub substeps: u32,
-    /// Coefficient of friction of contacts [-].
-    pub friction: f64,
+    /// Friction of contacts, where there is any.
+    pub friction: Option<Law>,
     /// Whether the engine finds and answers contacts.
     pub has_contacts: bool,
     /// Width of the engine's numbers.
@@ -193,5 +194,38 @@ impl Detector {
     /// Number of colliders.
     pub fn n_colliders(&self) -> usize {
         either!(Finder, &self.0, engine => engine.n_colliders())
+    }
+}
+
+/// Contacts of whole cables, from the same narrow phase.
+pub struct CableDetector(CableFinder);
+
+enum CableFinder {
+    Double(Box<double::engine::capsules::CableDetector>),
+    Single(Box<single::engine::capsules::CableDetector>),
+}
+
+impl CableDetector {
+    /// Finds contacts of the cables of `net` with `target`.
+    pub fn new(net: &Net, target: &Target, precision: Precision) -> CableDetector {
+        use {
+            double::engine::capsules::CableDetector as Double,
+            single::engine::capsules::CableDetector as Single,
+        };
+        CableDetector(match precision {
+            Precision::F64 => CableFinder::Double(Box::new(Double::new(net, target))),
+            Precision::F32 => CableFinder::Single(Box::new(Single::new(net, target))),
+        })
+    }
+
+    /// Contacts between the ends of cables at the pose of `state` and `body` whose gap is at most `reach`
+    /// [m], in the order of cables, parts and places; what touches at an end is the knot's business.
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        either!(CableFinder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
+    }
+
+    /// Number of colliders.
+    pub fn n_colliders(&self) -> usize {
+        either!(CableFinder, &self.0, engine => engine.n_colliders())
     }
 }

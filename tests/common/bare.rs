@@ -7,7 +7,7 @@ use tumblenet::case::Case;
 use tumblenet::ledger::Bookkeeper;
 use tumblenet::method::{Method, Pull};
 use tumblenet::simulation::Simulation;
-use tumblenet::state::{Knots, State};
+use tumblenet::state::{Body, Contact, Knots, State};
 use tumblenet::work::{Clock, Work};
 
 /// A run without any hook of effects.
@@ -30,7 +30,9 @@ impl Pull for Nothing {
         false
     }
 
-    fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
+    fn pull(&mut self, _knots: &mut Knots, _target: &mut Option<Body>, _step: f64, _touched: &mut [bool]) {}
+
+    fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
 }
 
 impl Bare {

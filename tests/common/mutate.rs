@@ -170,7 +170,10 @@ fn shifted(number: f64, random: &mut impl Rng) -> f64 {
 fn stretched(value: Value, random: &mut impl Rng) -> Value {
     match value {
         Value::Array(list) if !list.is_empty() => {
-            let length = random.random_range(0..2000.min(40_000 / list.len()).max(2));
+            // Of at most some 200 kB: longer files are refused before they are read.
+            let bytes = Value::from(list.clone()).to_string().len();
+            let most = list.len() * 200_000 / bytes;
+            let length = random.random_range(0..most.clamp(2, 2000));
             list.iter().cycle().take(length).cloned().collect()
         }
         other => (0..random.random_range(1..150)).fold(other, |inner, _| json!([inner])),

@@ -111,7 +111,7 @@ fn ten_thousand_knots() -> Hard {
     Hard::new(
         Theme::Size,
         "ten-thousand-knots",
-        "a net of 101 x 101 knots around a rocket stage",
+        "a net of 101 x 101 knots opens for 5 s on its way to a rocket stage",
         with(
             shot,
             json!({ "target": { "shape": "zenit-2-second-stage", "distance_m": 30.0, "mass_kg": 8226.0 } }),

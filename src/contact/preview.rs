@@ -1,0 +1,104 @@
+//! What the engine is about to do, for rows of ours that act before it.
+//!
+//! Cables of the engine pull after our rows have acted. A row solved alone stops its place, and the
+//! engine draws it in again by T h / m in the same step: with light knots that is a metre a second and,
+//! from step to step, millimetres. So our rows are solved together with those that the engine will
+//! have: its cables, and the knots' contacts of the step before. Of the solution only our own impulses
+//! are used; the engine then finds nearly the same for the rest.
+//!
+//! A cable with stretch x and stretch rate ẋ at the end of the step pulls with
+//! λ = h T = h (k (x + h ẋ) + c ẋ), hence the row (Kelvin-Voigt, implicit)
+//!
+//!   −ẋ + γ λ ≥ x / (h + c / k),  γ = 1 / (h² k + h c),  λ ≥ 0,
+//!
+//! for a slack one (x < 0) with x / h on the right: it may go taut within the step.
+
+use nalgebra::Vector3;
+
+use super::sequential::{Bearers, Row};
+use crate::cable::Cable;
+use crate::net::Net;
+use crate::state::{Body, Contact, Knots};
+
+/// A cable that cannot become taut at so many times the speed its ends part with has no row.
+const REST_MARGIN: f64 = 3.0;
+
+/// The rows of the engine's next step.
+pub struct Preview {
+    cables: Vec<Cable>,
+    /// Impulse of each cable within the last step [N s].
+    impulse: Vec<f64>,
+    /// The knots' contacts of the last step: knot, normal, point in the body frame, impulse.
+    held: Vec<(usize, Vector3<f64>, Vector3<f64>, f64)>,
+    /// Cables that have a row; kept for its memory.
+    taut: Vec<usize>,
+}
+
+impl Preview {
+    /// For the cables of `net`.
+    pub fn new(net: &Net) -> Preview {
+        Preview {
+            impulse: vec![0.0; net.cables.len()],
+            cables: net.cables.clone(),
+            held: Vec::new(),
+            taut: Vec::new(),
+        }
+    }
+
+    /// Hears which contacts there were in the step that led to `body`.
+    pub fn hear(&mut self, contacts: &[Contact], body: &Body) {
+        self.held.clear();
+        let pressed = contacts.iter().filter(|contact| contact.along.is_none() && contact.impulse > 0.0);
+        self.held.extend(pressed.map(|contact| {
+            let in_body = |v: &Vector3<f64>| body.attitude.inverse_transform_vector(v);
+            (
+                contact.knot,
+                in_body(&contact.normal),
+                in_body(&(contact.point - body.position)),
+                contact.impulse,
+            )
+        }));
+    }
+
+    /// Adds the engine's rows for a step of `step` seconds to `rows`.
+    pub fn add(&mut self, knots: &Knots, body: &Body, step: f64, rows: &mut Vec<Row>) {
+        self.taut.clear();
+        for (index, cable) in self.cables.iter().enumerate() {
+            let across = knots.position[cable.b] - knots.position[cable.a];
+            let parting = (knots.velocity[cable.b] - knots.velocity[cable.a]).norm();
+            let length = across.norm();
+            let stretch = length - cable.rest_length;
+            if stretch + REST_MARGIN * parting * step <= 0.0 {
+                continue;
+            }
+            let (k, c) = (cable.stiffness, cable.damping);
+            self.taut.push(index);
+            rows.push(Row {
+                knots: Bearers::Two([(cable.b, 1.0), (cable.a, -1.0)]),
+                normal: -across / length,
+                arm: None,
+                least: if stretch > 0.0 { stretch / (step + c / k) } else { stretch / step },
+                softness: 1.0 / (step * (step * k + c)),
+                impulse: self.impulse[index],
+            });
+        }
+        for &(knot, normal, point, impulse) in &self.held {
+            rows.push(Row {
+                knots: Bearers::Two([(knot, 1.0), (knot, 0.0)]),
+                normal: body.attitude * normal,
+                arm: Some(body.attitude * point),
+                least: 0.0,
+                softness: 0.0,
+                impulse,
+            });
+        }
+    }
+
+    /// Remembers what `rows`, as added last, were solved to.
+    pub fn remember(&mut self, rows: &[Row]) {
+        self.impulse.fill(0.0);
+        for (row, &index) in rows.iter().zip(&self.taut) {
+            self.impulse[index] = row.impulse;
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Contact of whole cables with the target, not of knots alone.
+//!
+//! Without it a cable goes through the target wherever no knot stops it: over edges, and where
+//! the target is smaller than a mesh. The physics stands in [`crate::contact::cables`]. Contacts are
+//! answered as the solver's `contact` says, impulses shared by the two end knots:
+//!
+//! | solver | how |
+//! |---|---|
+//! | `explicit+impulse`, `explicit+penalty` | in every sub-step, after the cables' pull |
+//! | `joints+impulse`, `joints+penalty` | before every step, as threads do |
+//! | `joints+rapier` | the same, by our impulses: the engine has no row for two knots and a target |
+//!
+//! Friction and restitution are those of the knots' contacts. Contact is internal to net and target:
+//! what the normal impulses take goes to this effect's row of the ledger, what friction takes to that
+//! of friction.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Effect, Parameters};
+use crate::contact::cables::{CableWatch, Response};
+use crate::contact::penalty::Penalty;
+use crate::net::Net;
+use crate::plan::Setting;
+use crate::solver::ContactModel;
+use crate::state::{Body, Contact, Knots, Posting, State};
+use crate::target::Target;
+
+/// Contact of cables has no parameters of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CableContact {}
+
+impl Parameters for CableContact {
+    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
+        Box::new(Active { watch: None, n_cables: net.cables.len(), step: 0.0 })
+    }
+}
+
+struct Active {
+    /// None without a target.
+    watch: Option<CableWatch>,
+    n_cables: usize,
+    step: f64,
+}
+
+impl Effect for Active {
+    fn name(&self) -> &'static str {
+        "cable_contact"
+    }
+
+    fn prepare(&mut self, setting: &Setting<'_>) {
+        let Setting { net, target, solver, plan, reach, .. } = *setting;
+        let Some(target) = target else { return };
+        let response = match solver.contact {
+            ContactModel::Penalty => Response::Penalty {
+                force: Penalty::new(net, &solver.penalty, None),
+                speed: setting.contact_speed,
+            },
+            ContactModel::Rapier | ContactModel::Impulse => {
+                Response::Impulse { restitution: plan.restitution }
+            }
+        };
+        self.step = plan.step;
+        self.watch = Some(CableWatch::new(net, target, reach, response, plan.friction, solver));
+    }
+
+    fn installs(&self) -> String {
+        match self.watch {
+            Some(_) => format!("a capsule for each of {} cables, to detect with", self.n_cables),
+            None => "nothing: the scene has no target".to_owned(),
+        }
+    }
+
+    fn presses(&self) -> bool {
+        self.watch.is_some()
+    }
+
+    fn watch(&mut self, state: &State) {
+        if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
+            watch.look(state, body, self.step);
+        }
+    }
+
+    fn press(&mut self, knots: &mut Knots, body: &mut Body, step: f64, touched: &mut [bool]) {
+        if let Some(watch) = &mut self.watch {
+            watch.answer(knots, body, step, touched);
+        }
+    }
+
+    fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
+        if let Some(watch) = &self.watch {
+            watch.report(before, after, contacts);
+        }
+    }
+
+    fn detection(&self) -> (usize, u64) {
+        self.watch.as_ref().map_or((0, 0), |watch| (watch.n_colliders(), watch.n_detections))
+    }
+
+    /// Impulses and moments that a held target passes to the outside are booked with all contacts.
+    fn account(&mut self, _before: &State, after: &State) -> Posting {
+        let own = || after.contacts.iter().filter(|contact| contact.along.is_some());
+        Posting {
+            work: -own().map(|contact| contact.loss).sum::<f64>(),
+            count: own().filter(|contact| contact.impulse > 0.0).count() as u64,
+            ..Posting::default()
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! How many cables go through the target.
+//!
+//! A cable counts when its middle line meets the solid of any part. One that lies on the surface as
+//! it should stays a radius away; one that counts is pressed in by more than its radius, cuts a
+//! corner, or goes right through. Contact of knots alone leaves such cables wherever a mesh spans
+//! an edge; the effect `cable_contact` is to leave none.
+
+use nalgebra::Vector3;
+use parry3d::math::{Pose, Vector as ParryVector};
+use parry3d::query::details::intersection_test_support_map_support_map as meet;
+use parry3d::shape::{Segment, SupportMap};
+
+use crate::cable::Cable;
+use crate::state::Body;
+use crate::target::Target;
+use crate::target::parts::ConvexPart;
+
+/// The parts of a target, ready to be asked.
+pub struct Inside {
+    solids: Vec<Solid>,
+    bounding_radius: f64,
+}
+
+/// A part in the body frame, as the library sees convex bodies.
+struct Solid {
+    part: ConvexPart,
+    /// Distance of its furthest point from its own origin [m].
+    reach: f64,
+}
+
+impl SupportMap for Solid {
+    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
+        parrys(&self.part.support(&Vector3::new(direction.x, direction.y, direction.z)))
+    }
+}
+
+impl Inside {
+    /// For the parts of `target`.
+    pub fn of(target: &Target) -> Inside {
+        let solid = |part: &ConvexPart| Solid {
+            part: part.clone(),
+            reach: part.primitive.reach_from(&Vector3::zeros()),
+        };
+        Inside { solids: target.parts.iter().map(solid).collect(), bounding_radius: target.bounding_radius }
+    }
+
+    /// Number of `cables` between `knots` [m] that go through the target at `body`.
+    pub fn count(&self, cables: &[Cable], knots: &[Vector3<f64>], body: &Body) -> usize {
+        let in_body = |knot: usize| body.attitude.inverse_transform_vector(&(knots[knot] - body.position));
+        cables.iter().filter(|cable| self.meets(in_body(cable.a), in_body(cable.b))).count()
+    }
+
+    /// Whether the line from `a` to `b`, in the body frame, meets a part.
+    fn meets(&self, a: Vector3<f64>, b: Vector3<f64>) -> bool {
+        // Bounds first: most cables are far from the target, and from most of its parts.
+        distance_to_line(&Vector3::zeros(), &a, &b) <= self.bounding_radius
+            && self.solids.iter().any(|solid| {
+                let centre = &solid.part.pose.translation.vector;
+                distance_to_line(centre, &a, &b) <= solid.reach
+                    && meet(&Pose::IDENTITY, solid, &Segment::new(parrys(&a), parrys(&b)))
+            })
+    }
+}
+
+fn distance_to_line(point: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    let along = b - a;
+    let share = (along.dot(&(point - a)) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (a + share * along - point).norm()
+}
+
+fn parrys(v: &Vector3<f64>) -> ParryVector {
+    ParryVector::new(v.x, v.y, v.z)
+}

@@ -1,0 +1,155 @@
+//! Whole cables as the engine's narrow phase sees them: a capsule from knot to knot.
+//!
+//! A capsule sits at the middle of its cable, turned along it, and is made as long as the cable is
+//! now: by turning and moving, not by a new shape in the same place, the engine notices that what
+//! it remembers of a pair is stale.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::convert::{engines, engines_pose_of, number, ours, real};
+use super::detector::{Parts, Scan};
+use super::rapier::prelude::{ColliderBuilder, ColliderHandle};
+use super::{CABLES, TARGET};
+use crate::net::Net;
+use crate::state::{Along, Body, Contact, Knots, State};
+use crate::target::Target;
+use crate::target::parts::ConvexPart;
+
+/// Two places on one cable nearer than this share of its length are one contact.
+const SAME_PLACE: f64 = 0.02;
+
+/// A place nearer to a knot than this share of the cable is left to the knot. Not more: a knot that
+/// rests on a face a little beyond an edge leaves its cable to cut into that edge.
+const AT_KNOT: f64 = 1e-3;
+
+/// How far a part may reach beyond a plane that is to bound it [m]: what the engine's closest points
+/// may err.
+const BEYOND: f64 = 1e-5;
+
+/// The capsules of a net's cables.
+struct Capsules {
+    ends: Vec<[usize; 2]>,
+    radius: Vec<f64>,
+    handles: Vec<ColliderHandle>,
+}
+
+impl Capsules {
+    fn insert(scan: &mut Scan, net: &Net) -> Capsules {
+        let ends: Vec<[usize; 2]> = net.cables.iter().map(|cable| [cable.a, cable.b]).collect();
+        let radius: Vec<f64> = (0..ends.len()).map(|cable| net.cable_radius(cable)).collect();
+        let shape = |cable: usize| {
+            let half = 0.5 * net.cables[cable].rest_length;
+            ColliderBuilder::capsule_y(real(half), real(radius[cable]))
+        };
+        let handles = (0..ends.len()).map(|cable| scan.insert(shape(cable), CABLES, TARGET, cable)).collect();
+        Capsules { ends, radius, handles }
+    }
+
+    fn place(&self, scan: &mut Scan, knots: &Knots) {
+        for (&[a, b], &handle) in self.ends.iter().zip(&self.handles) {
+            let across = knots.position[b] - knots.position[a];
+            let middle = knots.position[a] + 0.5 * across;
+            // Against the y axis any turn by half a circle will do.
+            let turn = UnitQuaternion::rotation_between(&Vector3::y(), &across)
+                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+            let Some(collider) = scan.collider(handle) else { continue };
+            collider.set_position(engines_pose_of(&middle, &turn));
+            if let Some(capsule) = collider.shape_mut().as_capsule_mut() {
+                let half = 0.5 * across.norm();
+                capsule.segment.a = engines(&Vector3::new(0.0, -half, 0.0));
+                capsule.segment.b = engines(&Vector3::new(0.0, half, 0.0));
+            }
+        }
+    }
+}
+
+/// Finds where cables are near a target; see [`crate::world::CableDetector`].
+pub struct CableDetector {
+    scan: Scan,
+    parts: Parts,
+    solids: Vec<ConvexPart>,
+    capsules: Capsules,
+}
+
+impl CableDetector {
+    pub fn new(net: &Net, target: &Target) -> CableDetector {
+        let mut scan = Scan::new();
+        let parts = Parts::insert(&mut scan, target, CABLES);
+        let capsules = Capsules::insert(&mut scan, net);
+        CableDetector { scan, parts, solids: target.parts.clone(), capsules }
+    }
+
+    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+        let knots = &state.knots;
+        self.parts.place(&mut self.scan, body);
+        self.capsules.place(&mut self.scan, knots);
+        self.scan.run(reach);
+        contacts.clear();
+        for pair in self.scan.narrow_phase.contact_pairs() {
+            let colliders = &self.scan.colliders;
+            let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
+            else {
+                continue;
+            };
+            let cable_is_first = first.collision_groups().memberships == CABLES;
+            let (cable, part) = if cable_is_first { (first, second) } else { (second, first) };
+            let (cable, part) = (cable.user_data as usize, part.user_data as usize);
+            let [a, b] = self.capsules.ends[cable];
+            let across = knots.position[b] - knots.position[a];
+            for manifold in pair.solver_manifolds() {
+                let normal = if cable_is_first { -manifold.data.normal } else { manifold.data.normal };
+                let normal = ours(normal);
+                for point in &manifold.points {
+                    // From the part's surface to the middle line of the cable.
+                    let on_part = if cable_is_first {
+                        second.position() * point.local_p2
+                    } else {
+                        first.position() * point.local_p1
+                    };
+                    let on_part = ours(on_part);
+                    let place = on_part + (number(point.dist) + self.capsules.radius[cable]) * normal;
+                    let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
+                    if !(AT_KNOT..=1.0 - AT_KNOT).contains(&share)
+                        || !self.bounds(part, body, &normal, &on_part)
+                    {
+                        continue;
+                    }
+                    contacts.push(Contact {
+                        knot: a,
+                        along: Some(Along { cable, end: b, share }),
+                        part,
+                        point: on_part,
+                        normal,
+                        gap: number(point.dist),
+                        ..Contact::default()
+                    });
+                }
+            }
+        }
+        let place = |contact: &Contact| contact.along.map_or((0, 0.0), |along| (along.cable, along.share));
+        contacts.sort_by(|one, other| {
+            let (one_at, other_at) = (place(one), place(other));
+            (one_at.0, one.part).cmp(&(other_at.0, other.part)).then(one_at.1.total_cmp(&other_at.1))
+        });
+        contacts.dedup_by(|later, kept| {
+            place(later).0 == place(kept).0
+                && later.part == kept.part
+                && place(later).1 - place(kept).1 < SAME_PLACE
+        });
+    }
+
+    /// Whether the plane through `point` with `normal` has all of a part behind it.
+    ///
+    /// Of a cable across an edge the engine gives, beside the closest point, places over the faces at
+    /// both sides, with the normal of the edge: planes through these cut into the part.
+    fn bounds(&self, part: usize, body: &Body, normal: &Vector3<f64>, point: &Vector3<f64>) -> bool {
+        let in_body = |v: Vector3<f64>| body.attitude.inverse_transform_vector(&v);
+        let (normal, point) = (in_body(*normal), in_body(point - body.position));
+        let furthest = self.solids[part].support(&normal);
+        normal.dot(&(furthest - point)) <= BEYOND
+    }
+
+    pub fn n_colliders(&self) -> usize {
+        self.scan.colliders.len()
+    }
+}
