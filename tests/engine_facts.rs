@@ -28,9 +28,12 @@ fn case_with(net: Net, changes: Value) -> Case {
 /// A target from one part, at the origin.
 fn target(part: Value, motion: &str) -> Target {
     let mut scene = small_scene();
+    // A scene must not start inside its net; these nets are put elsewhere.
     scene["target"] =
-        json!({ "shape": { "parts": [part] }, "distance_m": 0.0, "mass_kg": 2.0, "motion": motion });
-    case_of(scene).target.unwrap()
+        json!({ "shape": { "parts": [part] }, "distance_m": 9.0, "mass_kg": 2.0, "motion": motion });
+    let mut target = case_of(scene).target.unwrap();
+    target.position.x = 0.0;
+    target
 }
 
 /// A plate of 1 m x 1 m across X, its near face at x = 0, and with friction or restitution.
