@@ -230,8 +230,10 @@ fn wall_with_a_seam() -> Target {
     scene["target"] = json!({ "shape": { "parts": [
         { "cuboid": [0.2, 0.5, 1.0], "position_m": [0.0, -0.25, 0.0] },
         { "cuboid": [0.2, 0.5, 1.0], "position_m": [0.0, 0.25, 0.0] } ] },
-        "distance_m": 0.1, "motion": "fixed" });
-    case_of(scene).target.unwrap()
+        "distance_m": 9.1, "motion": "fixed" });
+    let mut target = case_of(scene).target.unwrap();
+    target.position.x -= 9.0;
+    target
 }
 
 #[test]

@@ -130,25 +130,32 @@ fn every_closing_scene_has_its_siblings_and_its_twin() {
     }
 }
 
+/// The closing layouts of the large nets take minutes; the Cubesat's stand for them here, and `tumblenet
+/// run` tells of each.
+fn is_long(name: &str) -> bool {
+    let large = name.starts_with("stage") || name.starts_with("envisat");
+    large
+        && ["-interlaced", "-free", "-cinch"].iter().any(|layout| name.ends_with(layout))
+        && name.contains("spin")
+}
+
 /// Every scene once, as a user would run it: what it expects, and what any run must keep.
 #[test]
 fn every_scene_does_what_it_expects_and_keeps_what_must_be_kept() {
     let missed: Vec<String> = Kind::Scene
         .names()
         .into_par_iter()
+        .filter(|name| !is_long(name))
         .flat_map(|name| {
             let case = Case::load(name, &[]).unwrap_or_else(|problems| panic!("{problems}"));
             let summary = common::summary(&case);
             let kept = summary.conservation;
             println!("{name}: {:?} {kept:?}", summary.capture.map(|capture| capture.reason));
             let mut missed = summary.missed(&case.scene.expect);
-            // Measured at most 1e-13, 2e-5, 1e-4 and 2e-3 (Envisat at 1 rad/s: 47 kJ of spin).
-            // A thread acts before the engine's step, whose cable rows then undo part of it: known to
-            // cost angular momentum, 4e-4 and 8e-4 on the two Cubesats (1e-6 with explicit cables).
-            let angular = if case.scene.effects.closing.is_some() { 1e-3 } else { 1e-4 };
+            // Measured at most 2e-13, 1e-11, 2e-4 and 2e-4, with closing threads or without.
             for (what, found, bound) in [
                 ("momentum residual", kept.momentum_residual, 1e-9),
-                ("angular momentum residual", kept.angular_momentum_residual, angular),
+                ("angular momentum residual", kept.angular_momentum_residual, 1e-4),
                 ("energy rise", kept.energy_rise, 1e-3),
                 ("energy residual", kept.energy_residual, 0.02),
             ] {
