@@ -168,7 +168,10 @@ fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
             let substep = step.map_or(safe, |step| step.0);
             // Contacts are found once a step: no knot may come from beyond the reach within it, nor
             // one at twice the speed after a snap.
-            let found = 0.5 * reach(scene, net, target) / fastest(scene, target).max(f64::MIN_POSITIVE);
+            // Without a target there is nothing to find: a tenth of the steps sufficed for Table 3.2.
+            let found = target.map_or(f64::INFINITY, |_| {
+                0.5 * reach(scene, net, target) / fastest(scene, target).max(f64::MIN_POSITIVE)
+            });
             let step = JOINTS_STEP.min(sample).min(thin).min(found).max(substep);
             Pace { step, substeps: (step / substep).ceil().max(1.0) as u32 }
         }
