@@ -55,7 +55,7 @@ fn advance(net: &Net, target: &Target, setup: &Setup, n_steps: u32) -> (State, V
     let (mut state, mut contacts, mut all) = (State::default(), Vec::new(), Vec::new());
     world.read(&mut state);
     for _ in 0..n_steps {
-        world.advance(&mut state, STEP, 8);
+        world.advance(&mut state, setup.step, 8);
         world.contacts(&mut contacts);
         all.extend(contacts.iter().copied());
     }
