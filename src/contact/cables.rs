@@ -11,7 +11,7 @@
 //! stopped together, by [`super::sequential`]; with `penalty` each by its own force, of an overlap
 //! no deeper than that for which the step is chosen.
 //!
-//! A place that got inside is pushed out within [`PUSH_OUT`], not at once: planes found anew differ
+//! A place that got inside is pushed out within `PUSH_OUT`, not at once: planes found anew differ
 //! a little from those carried along, and to undo that within a sub-step would shoot the cable off. So
 //! would a force that answered such an overlap at once: it is forgiven first.
 //!

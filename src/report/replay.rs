@@ -1,6 +1,6 @@
 //! The replay: one run in motion, as one self-contained HTML page.
 //!
-//! The page (in `replay/`: its frame, its look, and its script in the order of [`SCRIPTS`]) draws with the
+//! The page (in `replay/`: its frame, its look, and its script in the order of `SCRIPTS`) draws with the
 //! browser's own WebGL, or with a plain canvas where there is none, and loads nothing from anywhere. Here the run
 //! is put into it. The address may say where to start: `#t=1.5&view=side&paused&speed=0.5&show=bullet-paths,-grid`; views are `overview`, `side`, `front`,
 //! `top`, `net` and `target`.
