@@ -51,6 +51,8 @@ pub struct Ledger {
     pub drive: f64,
     /// Work of each effect, in the order of the list.
     pub effects: Vec<f64>,
+    /// The part of it that came from outside net and target.
+    pub outside: f64,
 }
 
 impl Ledger {
@@ -59,9 +61,15 @@ impl Ledger {
         self.kinetic_net + self.kinetic_target + self.elastic + self.stored
     }
 
-    /// Energy of net and target less what came in from outside [J]: it may fall, and must not rise.
+    /// Energy of net and target less what effects and a drive put in or took out [J].
     pub fn own(&self) -> f64 {
         self.mechanical() - self.drive - self.effects.iter().sum::<f64>()
+    }
+
+    /// Energy of net and target less what came in from outside, effects between them not taken out [J]: it may
+    /// fall, and must not rise.
+    pub fn closed(&self) -> f64 {
+        self.mechanical() - self.drive - self.outside
     }
 
     /// Energy that is nowhere in the ledger [J]; negative when too much was found.
@@ -83,6 +91,8 @@ pub struct Bookkeeper {
     pub outside_angular_impulse: Vector3<f64>,
     /// Times each effect acted.
     pub effect_counts: Vec<u64>,
+    /// Which effects act between net and target.
+    internal: Vec<bool>,
 }
 
 struct TargetMass {
@@ -106,6 +116,7 @@ impl Bookkeeper {
             outside_impulse: Vector3::zeros(),
             outside_angular_impulse: Vector3::zeros(),
             effect_counts: vec![0; effects.len()],
+            internal: effects.iter().map(|effect| effect.is_internal()).collect(),
         };
         keeper.weigh(state);
         keeper.weigh_stored(state, effects);
@@ -116,6 +127,9 @@ impl Bookkeeper {
     /// Books what effect `index` did at an end of a step.
     pub fn post(&mut self, index: usize, posting: &Posting) {
         self.ledger.effects[index] += posting.work;
+        if !self.internal[index] {
+            self.ledger.outside += posting.work;
+        }
         self.outside_impulse += posting.impulse;
         self.outside_angular_impulse += posting.angular_impulse;
         self.effect_counts[index] += posting.count;

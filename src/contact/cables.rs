@@ -11,6 +11,10 @@
 //! stopped together, by [`super::sequential`]; with `penalty` each by its own force, of an overlap
 //! no deeper than that for which the step is chosen.
 //!
+//! The engine finds the one place of a cable that is nearest. A cable that rests on two edges touches at both:
+//! a place that is not found again is kept while it is near the surface that it touched, or the cable sinks
+//! into one edge while the engine sees the other, and is pushed out of each in turn.
+//!
 //! A place that got inside is pushed out within `PUSH_OUT`, not at once: planes found anew differ
 //! a little from those carried along, and to undo that within a sub-step would shoot the cable off. So
 //! would a force that answered such an overlap at once: it is forgiven first.
@@ -31,6 +35,7 @@ use crate::net::Net;
 use crate::solver::{CableModel, Solver};
 use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
+use crate::target::parts::ConvexPart;
 use crate::world::CableDetector;
 
 /// Time in which an overlap is undone [s], at least a step.
@@ -61,6 +66,8 @@ pub enum Response {
 /// The cables near the target, and how their contacts are answered.
 pub struct CableWatch {
     detector: CableDetector,
+    /// The target's parts in the body frame.
+    solids: Vec<ConvexPart>,
     response: Response,
     friction: Option<Law>,
     mobility: Mobility,
@@ -87,6 +94,8 @@ struct Plane {
     /// Distance of a touching cable's middle line from the target's centre of mass, along the
     /// normal [m].
     height: f64,
+    /// Where the target is touched, from its centre of mass [m].
+    foot: Vector3<f64>,
     /// Impulse within the last sub-step [N s].
     impulse: f64,
     /// Overlap that it was found with and that no force answers, on its way to zero [m].
@@ -109,6 +118,26 @@ impl Plane {
     /// Gap of a cable at `place` from the body's centre [m].
     fn gap(&self, place: &Vector3<f64>, body: &Body) -> f64 {
         (body.attitude * self.normal).dot(place) - self.height
+    }
+
+    /// Overlap that is answered [m].
+    fn depth(&self, knots: &Knots, body: &Body) -> f64 {
+        let place = self.record.at_place(&knots.position) - body.position;
+        (-self.gap(&place, body) - self.forgiven).max(0.0)
+    }
+
+    /// The same plane for where the cable is nearest to its foot now; none where that is a knot.
+    fn moved(&self, knots: &Knots, body: &Body) -> Option<Plane> {
+        let (from, along) = (knots.position[self.record.knot], self.place().1);
+        let across = knots.position[along.end] - from;
+        let foot = body.position + body.attitude * self.foot;
+        let share = across.dot(&(foot - from)) / across.norm_squared();
+        (0.0..=1.0).contains(&share).then(|| Plane {
+            record: empty_record(&Contact { along: Some(Along { share, ..along }), ..self.record }),
+            tally: Tally::default(),
+            forgiven: 0.0,
+            ..*self
+        })
     }
 
     /// Where the contact is on the cable.
@@ -138,6 +167,7 @@ impl CableWatch {
             preview: (solver.cables == CableModel::Joints).then(|| Preview::new(net)),
             deepest,
             detector: CableDetector::new(net, target, solver.precision),
+            solids: target.parts.clone(),
             response,
             friction,
             mobility: Mobility::of(target),
@@ -175,22 +205,54 @@ impl CableWatch {
         self.detector.detect(state, body, reach, &mut self.found);
         self.n_detections += 1;
         let before = std::mem::take(&mut self.planes);
-        for contact in &self.found {
+        let found = std::mem::take(&mut self.found);
+        for contact in &found {
             let place = contact.at_place(&knots.position) - body.position;
-            let old = nearest(&before, contact);
-            let overlap = old.map_or(0.0, |plane| plane.forgiven - plane.gap(&place, body)).max(0.0);
-            self.planes.push(Plane {
+            let fresh = Plane {
                 normal: body.attitude.inverse_transform_vector(&contact.normal),
                 height: contact.normal.dot(&place) - contact.gap,
-                impulse: old.map_or(0.0, |plane| plane.impulse),
-                forgiven: match self.response {
-                    Response::Impulse { .. } => 0.0,
-                    Response::Penalty { .. } => (-contact.gap - overlap).max(0.0),
-                },
+                foot: body.attitude.inverse_transform_vector(&(contact.point - body.position)),
+                impulse: 0.0,
+                forgiven: 0.0,
                 record: empty_record(contact),
                 tally: Tally::default(),
-            });
+            };
+            let old = nearest(&before, contact);
+            self.planes.push(self.follow(fresh, old, knots, body));
         }
+        self.found = found;
+        let n_found = self.planes.len();
+        for old in &before {
+            if nearest(&self.planes[..n_found], &old.record).is_none()
+                && let Some(moved) = old.moved(knots, body)
+                && self.is_real(&moved, knots, body, reach)
+            {
+                self.planes.push(self.follow(moved, Some(old), knots, body));
+            }
+        }
+    }
+
+    /// Whether a plane is still the surface of the target near the cable: within half the `reach` of its
+    /// foot, and as far from the place as the part is. A cable that slid off an edge has the part beside it,
+    /// and the plane above.
+    fn is_real(&self, plane: &Plane, knots: &Knots, body: &Body, reach: f64) -> bool {
+        let place = plane.record.at_place(&knots.position) - body.position;
+        let in_body = body.attitude.inverse_transform_vector(&place);
+        let radius = self.radius[plane.place().1.cable];
+        let distance = -self.solids[plane.record.part].depth(&in_body) - radius;
+        (in_body - plane.foot).norm() < 0.5 * reach && distance - plane.gap(&place, body) < radius
+    }
+
+    /// A plane that takes the place of an `old` one: what it finds deeper is forgiven.
+    fn follow(&self, plane: Plane, old: Option<&Plane>, knots: &Knots, body: &Body) -> Plane {
+        let forgiven = match self.response {
+            Response::Impulse { .. } => 0.0,
+            Response::Penalty { .. } => {
+                let answered = old.map_or(0.0, |old| old.depth(knots, body));
+                (plane.depth(knots, body) - answered).max(0.0)
+            }
+        };
+        Plane { forgiven, impulse: old.map_or(0.0, |old| old.impulse), ..plane }
     }
 
     /// Answers the contacts of a (sub-)step of `step` seconds: changes velocities of knots and body,
@@ -329,6 +391,18 @@ impl CableWatch {
             plane.tally.weigh(&mut contact, before, after);
             contacts.push(contact);
         }
+    }
+
+    /// Energy that forces hold where the cables are pressed in now [J].
+    pub fn stored_energy(&self, knots: &Knots, body: &Body) -> f64 {
+        let Response::Penalty { force, .. } = &self.response else { return 0.0 };
+        let of = |plane: &Plane| {
+            let (knot, depth) = (plane.record.knot, plane.depth(knots, body));
+            // Beyond the deepest the force grows no more.
+            let beyond = (depth - self.deepest[knot]).max(0.0);
+            force.energy(knot, depth - beyond) + beyond * force.force(knot, self.deepest[knot], 0.0)
+        };
+        self.planes.iter().map(of).sum()
     }
 
     /// Number of colliders of the detector.

@@ -88,6 +88,12 @@ impl Penalty {
         force.max(0.0)
     }
 
+    /// Energy that its elastic part holds at overlap `depth` [m]   [J].
+    pub fn energy(&self, knot: usize, depth: f64) -> f64 {
+        let above = self.exponent + 1.0;
+        self.stiffness[knot] * depth.max(0.0).powf(above) / above
+    }
+
     /// Deepest overlap of a knot that meets the target at `speed` [m/s], by energy:
     /// m v² / 2 = k δⁿ⁺¹ / (n + 1)   [m].
     pub fn deepest(&self, net: &Net, knot: usize, speed: f64) -> f64 {

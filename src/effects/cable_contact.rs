@@ -33,7 +33,7 @@ pub struct CableContact {}
 
 impl Parameters for CableContact {
     fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
-        Box::new(Active { watch: None, n_cables: net.cables.len(), step: 0.0 })
+        Box::new(Active { watch: None, n_cables: net.cables.len(), step: 0.0, stored: 0.0 })
     }
 }
 
@@ -42,11 +42,17 @@ struct Active {
     watch: Option<CableWatch>,
     n_cables: usize,
     step: f64,
+    /// Energy that it held after the last step [J].
+    stored: f64,
 }
 
 impl Effect for Active {
     fn name(&self) -> &'static str {
         "cable_contact"
+    }
+
+    fn is_internal(&self) -> bool {
+        true
     }
 
     fn prepare(&mut self, setting: &Setting<'_>) {
@@ -98,11 +104,18 @@ impl Effect for Active {
         self.watch.as_ref().map_or((0, 0), |watch| (watch.n_colliders(), watch.n_detections))
     }
 
+    fn stored_energy(&self, state: &State) -> f64 {
+        let bodies = self.watch.as_ref().zip(state.target.as_ref());
+        bodies.map_or(0.0, |(watch, body)| watch.stored_energy(&state.knots, body))
+    }
+
     /// Impulses and moments that a held target passes to the outside are booked with all contacts.
     fn account(&mut self, _before: &State, after: &State) -> Posting {
+        let before = self.stored;
+        self.stored = self.stored_energy(after);
         let own = || after.contacts.iter().filter(|contact| contact.along.is_some());
         Posting {
-            work: -own().map(|contact| contact.loss).sum::<f64>(),
+            work: self.stored - before - own().map(|contact| contact.loss).sum::<f64>(),
             count: own().filter(|contact| contact.impulse > 0.0).count() as u64,
             ..Posting::default()
         }

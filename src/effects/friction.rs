@@ -77,6 +77,10 @@ impl Effect for Friction {
         "friction"
     }
 
+    fn is_internal(&self) -> bool {
+        true
+    }
+
     fn install(&self, plan: &mut Plan) {
         plan.friction = Some(self.contact_law());
     }

@@ -111,6 +111,11 @@ pub trait Effect: Send {
         (0, 0)
     }
 
+    /// Whether it acts between net and target, or within the net: it may take energy, and never gives any.
+    fn is_internal(&self) -> bool {
+        false
+    }
+
     /// Energy it holds in `state` [J].
     fn stored_energy(&self, _state: &State) -> f64 {
         0.0

@@ -44,6 +44,10 @@ impl Effect for Active {
         "self_contact"
     }
 
+    fn is_internal(&self) -> bool {
+        true
+    }
+
     fn installs(&self) -> String {
         let millimetres = 1e3 * self.bullet_radius;
         format!(

@@ -43,8 +43,8 @@ impl Conservation {
         let angular = frames.angular_momentum[last] - frames.angular_momentum[0];
         let angular = (angular - run.outside_angular_impulse).norm();
         let residual = largest(frames.ledger.iter().map(|l| l.residual().abs()));
-        let own: Vec<f64> = frames.ledger.iter().map(Ledger::own).collect();
-        let rise = largest(own.windows(2).map(|pair| pair[1] - pair[0]));
+        let closed: Vec<f64> = frames.ledger.iter().map(Ledger::closed).collect();
+        let rise = largest(closed.windows(2).map(|pair| pair[1] - pair[0]));
         Conservation {
             momentum_residual: relative(momentum, momentum_scale),
             angular_momentum_residual: relative(angular, angular_scale),
