@@ -22,6 +22,9 @@ const SAME_PLACE: f64 = 0.02;
 /// rests on a face a little beyond an edge leaves its cable to cut into that edge.
 const AT_KNOT: f64 = 1e-3;
 
+/// Cosine of the angle between a cable and a normal up to which they are taken as square.
+const SQUARE: f64 = 1e-3;
+
 /// How far a part may reach beyond a plane that is to bound it [m]: what the engine's closest points
 /// may err.
 const BEYOND: f64 = 1e-5;
@@ -109,7 +112,9 @@ impl CableDetector {
                     let on_part = ours(on_part);
                     let place = on_part + (number(point.dist) + self.capsules.radius[cable]) * normal;
                     let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
-                    if !(AT_KNOT..=1.0 - AT_KNOT).contains(&share)
+                    let across_cable = normal.dot(&across).abs() <= SQUARE * across.norm();
+                    let margin = if across_cable { 0.0 } else { AT_KNOT };
+                    if !(margin..=1.0 - margin).contains(&share)
                         || !self.bounds(part, body, &normal, &on_part)
                     {
                         continue;
