@@ -120,6 +120,7 @@ impl Case {
             restitution: solver.restitution,
             friction: None,
             contact_by_engine: solver.contact == ContactModel::Rapier,
+            free_chaser: false,
             precision: solver.precision,
         }
     }

@@ -19,6 +19,8 @@ pub struct Plan {
     pub friction: Option<Law>,
     /// Whether the engine answers contacts.
     pub contact_by_engine: bool,
+    /// Whether the chaser is a free body.
+    pub free_chaser: bool,
     /// Width of the engine's numbers.
     pub precision: Precision,
 }

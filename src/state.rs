@@ -72,9 +72,26 @@ pub struct FreeBody {
     pub mass: f64,
     /// Inertia about the centre of mass, body frame [kg m^2].
     pub inertia: Matrix3<f64>,
+    /// Where a tether leaves it, body frame [m].
+    pub port: Vector3<f64>,
 }
 
 impl FreeBody {
+    /// Where a tether leaves it [m].
+    pub fn port(&self) -> Vector3<f64> {
+        self.body.position + self.body.attitude * self.port
+    }
+
+    /// Takes an impulse [N s] and its moment about the origin [N m s].
+    pub fn push(&mut self, impulse: &Vector3<f64>, moment: &Vector3<f64>) {
+        let about_centre =
+            self.body.attitude.inverse_transform_vector(&(moment - self.body.position.cross(impulse)));
+        self.body.velocity += impulse / self.mass;
+        // A checked inertia is positive definite.
+        let change = self.inertia.try_inverse().unwrap_or_default() * about_centre;
+        self.body.rate += self.body.attitude * change;
+    }
+
     /// Kinetic energy [J].
     pub fn kinetic_energy(&self) -> f64 {
         self.body.kinetic_energy(self.mass, &self.inertia)

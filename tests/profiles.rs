@@ -88,7 +88,6 @@ fn what_does_not_go_together_is_refused_in_words() {
     let orbit = json!({ "altitude_m": 7e5 });
     let elements = json!({ "semi_major_axis_m": 7e6 });
     let chaser = json!({ "mass_kg": 10.0, "inertia_kg_m2": [1.0, 1.0, 1.0], "speed_sigma_m_s": 1.0 });
-    let cinch = json!({ "layout": "cinch", "trigger": { "on": "time", "at_s": 0.1 }, "reel_speed_m_s": 1.0, "max_tension_n": 1.0 });
     for (effects, words) in [
         (json!({ "orbit": orbit, "cabin": {} }), "effects.cabin"),
         (json!({ "orbit": {} }), "altitude_m or elements"),
@@ -99,10 +98,6 @@ fn what_does_not_go_together_is_refused_in_words() {
         (json!({ "orbit": { "altitude_m": -1 } }), "effects.orbit.altitude_m"),
         (json!({ "chaser": chaser }), "effects.chaser.speed_sigma_m_s"),
         (json!({ "chaser": { "mass_kg": 0, "inertia_kg_m2": [1, 1] } }), "effects.chaser.mass_kg"),
-        (
-            json!({ "chaser": { "mass_kg": 10.0, "inertia_kg_m2": [1.0, 1.0, 1.0] }, "closing": cinch }),
-            "effects.closing.layout",
-        ),
     ] {
         let told = refused(effects, None);
         assert!(told.contains(words), "{words:?} not in {told}");

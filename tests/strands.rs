@@ -10,16 +10,25 @@ use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::simulation::Simulation;
 
-const SOLVERS: [[&str; 2]; 3] = [["joints", "rapier"], ["explicit", "impulse"], ["explicit", "penalty"]];
+const SOLVERS: [[&str; 2]; 5] = [
+    ["joints", "rapier"],
+    ["explicit", "impulse"],
+    ["explicit", "penalty"],
+    ["joints", "impulse"],
+    ["joints", "penalty"],
+];
 
 /// Knots alone let most cables of a captured Cubesat cut through it; cables that touch do not.
 #[test]
 fn no_cable_is_left_inside_a_captured_target() {
     for [cables, contact] in SOLVERS {
+        // The engine's cables with contact of ours take short steps, six times as many.
+        let is_slow = cables == "joints" && contact != "rapier";
+        let (members, duration) = if is_slow { (2, "duration_s=1.2") } else { (3, "duration_s=2.0") };
         let solver = [format!("solver.cables={cables}"), format!("solver.contact={contact}")];
         let of = |effects: &str| {
-            let changes = [effects, &solver[0], &solver[1], "duration_s=2.0"];
-            common::ensemble(&scene("cubesat-free", &changes), 3)
+            let changes = [effects, &solver[0], &solver[1], duration];
+            common::ensemble(&scene("cubesat-free", &changes), members)
         };
         let [without, with] = ["effects={}", r#"effects={"cable_contact":{}}"#].map(of);
         let inside = |members: &[Summary]| spread(members, "contact.cables_inside");
@@ -30,9 +39,7 @@ fn no_cable_is_left_inside_a_captured_target() {
         let most = spread(&with, "contact.max_cables_inside")[2];
         below(&format!("{cables}+{contact}: cables inside in any frame"), most, 8.0);
         let rise = spread(&with, "conservation.energy_rise")[2];
-        // Planes found anew while a force presses cost the penalty method up to 2 %.
-        let bound = if contact == "penalty" { 0.05 } else { 1e-3 };
-        below(&format!("{cables}+{contact}: energy rise"), rise, bound);
+        below(&format!("{cables}+{contact}: energy rise"), rise, 1e-3);
         let momentum = spread(&with, "conservation.momentum_residual")[2];
         below(&format!("{cables}+{contact}: momentum residual"), momentum, 1e-9);
     }
@@ -65,7 +72,7 @@ fn two_strands_thrown_crosswise_do_not_pass() {
             let momentum = simulation.books.momentum(&simulation.state);
             let angular = simulation.books.angular_momentum(&simulation.state);
             let mut furthest = f64::NEG_INFINITY;
-            for _ in 0..200 {
+            while simulation.state.time < 0.1 {
                 simulation.step().unwrap();
                 let x = &simulation.state.knots.position;
                 // At the crossing: the middle of the one, 0.55 of the way along the other.

@@ -11,8 +11,10 @@
 //! chaser does not turn; it does when they differ.
 //!
 //! Its kinetic energy is the effect's stored energy, its momenta count with those of net and target.
-//! Limits: it touches nothing, and a thread to it (layout `cinch`, `tug`) pulls from outside and not
-//! at this body.
+//! A closing thread to it (layout `cinch`) leaves it at the middle of the net's container and pulls at it.
+//!
+//! Limits: it touches nothing; a `tug` is the thrust of its engines handed on by a tether, and comes
+//! from outside.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -23,6 +25,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{Effect, Parameters};
 use crate::net::Net;
+use crate::plan::Plan;
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
@@ -102,6 +105,7 @@ impl Chaser {
             },
             mass: self.mass_kg.0,
             inertia,
+            port: -centre,
         }
     }
 }
@@ -141,6 +145,10 @@ impl Effect for Active {
 
     fn installs(&self) -> String {
         format!("a free body of {} kg outside the engine", self.start.mass)
+    }
+
+    fn install(&self, plan: &mut Plan) {
+        plan.free_chaser = true;
     }
 
     fn begin(&self, state: &mut State) {

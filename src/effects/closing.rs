@@ -9,7 +9,9 @@
 //! - beside it, for the summary: the winches' work T (−dL/dt), and the loss, which is that less the
 //!   posted work: going taut against moving knots, friction at the knots, latches.
 //! - impulse and moment from outside: the pull of the tether to the chaser (layout `cinch`); every
-//!   other thread is internal.
+//!   other thread is internal. Where the scene has a `chaser`, its body takes the opposite at the end of
+//!   the step, and the tether ends where the body is; until then it is as good as held, so its mass must
+//!   be well above a knot's.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,8 +21,9 @@ use crate::closing::layouts::Layout;
 use crate::closing::lock::Lock;
 use crate::closing::trigger::{Trigger, Watch};
 use crate::closing::winch::Drive;
-use crate::closing::{Line, Mechanism};
+use crate::closing::{Line, Mechanism, Outside};
 use crate::net::Net;
+use crate::plan::Setting;
 use crate::quantity::Positive;
 use crate::state::{Knots, Posting, State};
 use crate::target::Target;
@@ -92,6 +95,8 @@ impl Parameters for Closing {
             triggered: None,
             length_start: 0.0,
             passed_on: 0.0,
+            has_chaser: false,
+            from_chaser: Outside::default(),
         })
     }
 }
@@ -136,6 +141,10 @@ struct Active {
     length_start: f64,
     /// Work posted so far [J].
     passed_on: f64,
+    /// Whether a free chaser is at the other end of a tether.
+    has_chaser: bool,
+    /// What the chaser gave to the net within the step.
+    from_chaser: Outside,
 }
 
 impl Effect for Active {
@@ -153,11 +162,18 @@ impl Effect for Active {
         )
     }
 
+    fn prepare(&mut self, setting: &Setting<'_>) {
+        self.has_chaser = setting.plan.free_chaser && self.parameters.layout == Layout::Cinch;
+    }
+
     fn pulls(&self) -> bool {
         true
     }
 
     fn watch(&mut self, state: &State) {
+        if let Some(chaser) = state.chaser.filter(|_| self.has_chaser) {
+            self.mechanism.anchor(chaser.port());
+        }
         if self.triggered.is_none() && self.watch.fires(state) {
             self.mechanism.start(&state.knots);
             self.triggered = Some(state.time);
@@ -174,9 +190,30 @@ impl Effect for Active {
     }
 
     fn account(&mut self, before: &State, after: &State) -> Posting {
-        let posting = self.mechanism.account(&before.knots, &after.knots);
+        let mut posting = self.mechanism.account(&before.knots, &after.knots);
         self.passed_on += posting.work;
+        if self.has_chaser {
+            self.from_chaser = Outside {
+                impulse: std::mem::take(&mut posting.impulse),
+                angular_impulse: std::mem::take(&mut posting.angular_impulse),
+            };
+        }
         posting
+    }
+
+    fn brackets(&self) -> bool {
+        self.has_chaser
+    }
+
+    /// The chaser takes what the net got from it.
+    fn close(&mut self, state: &mut State, _step: f64) -> Posting {
+        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_chaser);
+        let Some(chaser) = &mut state.chaser else { return Posting::default() };
+        let before = chaser.kinetic_energy();
+        chaser.push(&-impulse, &-angular_impulse);
+        let work = chaser.kinetic_energy() - before;
+        self.passed_on += work;
+        Posting { work, ..Posting::default() }
     }
 
     fn reading_names(&self) -> Vec<String> {

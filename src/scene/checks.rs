@@ -5,7 +5,6 @@ use nalgebra::Vector3;
 use super::schema::Scene;
 use crate::cables::explicit::{self, SAFE};
 use crate::case::{self, Pace};
-use crate::closing::layouts::Layout;
 use crate::closing::trigger::Trigger;
 use crate::effects::chaser;
 use crate::limits::{Limit, Limits};
@@ -111,13 +110,6 @@ fn check_frame(scene: &Scene, problems: &mut Problems) {
             "effects.chaser.speed_sigma_m_s",
             format!("{} at launch.speed_m_s {}", chaser.speed_sigma_m_s, scene.launch.speed_m_s),
             format!("at most 1/{} of the speed: deviations go that far", chaser::CUT),
-        );
-    }
-    if effects.closing.is_some_and(|closing| closing.layout == Layout::Cinch) {
-        problems.add(
-            "effects.closing.layout",
-            "\"cinch\", a tether to the chaser, with effects.chaser",
-            "another layout, or no effects.chaser: its body does not feel the tether yet",
         );
     }
 }
