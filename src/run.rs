@@ -22,6 +22,8 @@ pub struct Frames {
     pub knots: Vec<Vec<Vector3<f64>>>,
     /// The target, T, or nothing without one.
     pub target: Vec<Body>,
+    /// The chaser, T, or nothing without a free one.
+    pub chaser: Vec<Body>,
     /// The energy ledger, T.
     pub ledger: Vec<Ledger>,
     /// Linear momentum of net, free target and chaser [kg m/s], T.
@@ -195,6 +197,7 @@ impl Recorder {
         frames.time.push(state.time);
         frames.knots.push(state.knots.position.clone());
         frames.target.extend(state.target);
+        frames.chaser.extend(state.chaser.map(|chaser| chaser.body));
         frames.ledger.push(simulation.books.ledger.clone());
         frames.momentum.push(simulation.books.momentum(state));
         frames.angular_momentum.push(simulation.books.angular_momentum(state));

@@ -82,6 +82,20 @@ impl FreeBody {
         self.body.position + self.body.attitude * self.port
     }
 
+    /// Corners of the solid block that has its mass and inertia, at the pose of `body` [m]: corner 1 beside
+    /// corner 0 along x, 2 along y, 4 along z.
+    pub fn corners(&self, body: &Body) -> [Vector3<f64>; 8] {
+        // I_x = m (b² + c²) / 12, so b² + c² − … = 6 (I_y + I_z − I_x) / m is the square of a.
+        let moments = self.inertia.diagonal();
+        let half = moments
+            .map(|moment| (0.5 * moments.sum() - moment).max(0.0) * 12.0 / self.mass)
+            .map(|square| 0.5 * square.sqrt());
+        std::array::from_fn(|corner| {
+            let side = |axis: usize| if corner >> axis & 1 == 1 { half[axis] } else { -half[axis] };
+            body.position + body.attitude * Vector3::new(side(0), side(1), side(2))
+        })
+    }
+
     /// Takes an impulse [N s] and its moment about the origin [N m s].
     pub fn push(&mut self, impulse: &Vector3<f64>, moment: &Vector3<f64>) {
         let about_centre =

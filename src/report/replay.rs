@@ -46,6 +46,8 @@ pub struct Replay<'a> {
     pub perimeter: &'a [usize],
     /// The target, if there is one.
     pub target: Option<ReplayTarget<'a>>,
+    /// A free chaser, if there is one: the eight corners of a box, and where a tether leaves it, per frame. [m]
+    pub chaser: Option<Vec<[Vector3<f64>; 9]>>,
     /// Numbers that change with time, in the order they are listed.
     pub curves: Vec<Curve<'a>>,
     /// Threads and winches, if there are any.
@@ -88,7 +90,7 @@ pub struct Closing {
     pub start_s: Option<f64>,
     /// Largest tension of a thread. [N]
     pub limit_n: f64,
-    /// Where a thread that is wound outside of the net ends. [m]
+    /// Where a thread that is wound outside of the net ends, without a free chaser. [m]
     pub anchor_m: [f64; 3],
     /// The threads.
     pub threads: Vec<Thread>,
@@ -159,6 +161,7 @@ struct Page<'a> {
     bullets: [usize; 4],
     perimeter: &'a [usize],
     target: Option<PageTarget<'a>>,
+    chaser: Option<String>,
     curves: Vec<PageCurve<'a>>,
     closing: Option<Closing>,
     marks: &'a [(f64, String)],
@@ -244,6 +247,10 @@ pub fn html(replay: &Replay) -> String {
                 kept.iter().map(|&frame| target.attitudes[frame]).flat_map(|q| [q.w, q.i, q.j, q.k]),
                 kept.len() * 4,
             ),
+        }),
+        chaser: replay.chaser.as_ref().map(|corners| {
+            let shown = kept.iter().flat_map(|&frame| corners[frame]);
+            base64(shown.flat_map(|p| [p.x, p.y, p.z]), kept.len() * 27)
         }),
         curves: replay
             .curves
@@ -427,6 +434,7 @@ mod tests {
 
         fn replay<'a>(&'a self, title: &'a str, parts: Option<Vec<Mesh>>) -> Replay<'a> {
             Replay {
+                chaser: None,
                 title,
                 source: Some("made up, to look at the page"),
                 verdict: parts.is_some().then_some(Verdict { captured: true, reason: "held" }),

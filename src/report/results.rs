@@ -15,6 +15,7 @@ use crate::geometry::Hull;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
 use crate::run::Run;
+use crate::state::{Body, FreeBody};
 use crate::target::parts::ConvexPart;
 
 /// Writes all result files of `run` to the folder `out`, in place of those of an earlier run.
@@ -101,7 +102,8 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
     Ok(())
 }
 
-/// `t` [T], `knots` [T, K, 3], `target_position` [T, 3], `target_attitude` [T, 4], `cables` [C, 2].
+/// `t` [T], `knots` [T, K, 3], `target_position` [T, 3], `target_attitude` [T, 4], of a free chaser the same,
+/// `cables` [C, 2].
 fn trajectory(
     file: impl Write + std::io::Seek,
     case: &Case,
@@ -114,17 +116,17 @@ fn trajectory(
     let knots =
         Array3::from_shape_fn((n_frames, n_knots, 3), |(frame, knot, axis)| frames.knots[frame][knot][axis]);
     npz.add_array("knots", &knots)?;
-    if !frames.target.is_empty() {
-        let position = |frame: usize| -> &Vector3<f64> { &frames.target[frame].position };
-        npz.add_array(
-            "target_position",
-            &Array2::from_shape_fn((n_frames, 3), |(frame, axis)| position(frame)[axis]),
-        )?;
+    for (name, bodies) in [("target", &frames.target), ("chaser", &frames.chaser)] {
+        if bodies.is_empty() {
+            continue;
+        }
+        let position = Array2::from_shape_fn((n_frames, 3), |(frame, axis)| bodies[frame].position[axis]);
+        npz.add_array(format!("{name}_position"), &position)?;
         let attitude = Array2::from_shape_fn((n_frames, 4), |(frame, part)| {
-            let q = frames.target[frame].attitude.quaternion();
+            let q = bodies[frame].attitude.quaternion();
             [q.w, q.i, q.j, q.k][part]
         });
-        npz.add_array("target_attitude", &attitude)?;
+        npz.add_array(format!("{name}_attitude"), &attitude)?;
     }
     let cables = &case.net.cables;
     let ends = Array2::from_shape_fn((cables.len(), 2), |(cable, end)| {
@@ -195,6 +197,7 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
             positions: &positions,
             attitudes: &attitudes,
         }),
+        chaser: run.chaser.map(|chaser| frames.chaser.iter().map(|body| block(&chaser, body)).collect()),
         curves: shown,
         closing,
         marks: first_contact
@@ -216,9 +219,16 @@ fn closing(case: &Case, run: &Run) -> Option<replay::Closing> {
     Some(replay::Closing {
         start_s: report.triggered,
         limit_n: parameters.max_tension_n.0,
-        anchor_m: [0.0; 3], // the chaser stays at the origin
+        anchor_m: [0.0; 3], // where a chaser that is held stays
         threads: report.ways.iter().zip(&report.stops).enumerate().map(thread).collect(),
     })
+}
+
+/// Corners and port of `chaser` at the pose of `body`.
+fn block(chaser: &FreeBody, body: &Body) -> [Vector3<f64>; 9] {
+    let corners = chaser.corners(body);
+    let port = FreeBody { body: *body, ..*chaser }.port();
+    std::array::from_fn(|i| corners.get(i).copied().unwrap_or(port))
 }
 
 /// A part as triangles in the body frame: the hull of its outline.
