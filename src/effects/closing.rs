@@ -21,7 +21,9 @@ use crate::closing::trigger::{Trigger, Watch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism};
 use crate::net::Net;
+use crate::plan::Setting;
 use crate::quantity::Positive;
+use crate::solver::CableModel;
 use crate::state::{Knots, Posting, State};
 use crate::target::Target;
 
@@ -151,6 +153,12 @@ impl Effect for Active {
             reel_speed_m_s.0,
             max_tension_n.0
         )
+    }
+
+    fn prepare(&mut self, setting: &Setting<'_>) {
+        if setting.solver.cables == CableModel::Explicit {
+            self.mechanism.in_substeps();
+        }
     }
 
     fn pulls(&self) -> bool {
