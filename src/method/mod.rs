@@ -101,9 +101,7 @@ fn watch(case: &Case, plan: &Plan) -> Option<Watch> {
     let target = case.target.as_ref()?;
     let response = match case.scene.solver.contact {
         ContactModel::Rapier => return None,
-        ContactModel::Impulse => {
-            Response::Impulse(Impulse { restitution: plan.restitution, friction: plan.friction })
-        }
+        ContactModel::Impulse => Response::Impulse(Impulse::new(plan.restitution, plan.friction)),
         ContactModel::Penalty => {
             Response::Penalty(Penalty::new(&case.net, &case.scene.solver.penalty, plan.friction))
         }
