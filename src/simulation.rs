@@ -30,6 +30,7 @@ pub struct Simulation {
     any_effect_brackets: bool,
     any_effect_acts: bool,
     any_effect_pulls: bool,
+    any_effect_presses: bool,
     effect_times: Vec<Duration>,
     launch_energy: f64,
     step: f64,
@@ -66,7 +67,8 @@ impl Simulation {
             method: Method::new(case, &plan),
             any_effect_brackets: effects.iter().any(|effect| effect.brackets()),
             any_effect_acts: effects.iter().any(|effect| effect.acts()),
-            any_effect_pulls: effects.iter().any(|effect| effect.pulls() || effect.presses()),
+            any_effect_pulls: effects.iter().any(|effect| effect.pulls()),
+            any_effect_presses: effects.iter().any(|effect| effect.presses()),
             launch_energy: case.net.launch_energy().max(f64::MIN_POSITIVE),
             step: plan.step,
             state,
@@ -90,8 +92,10 @@ impl Simulation {
 
         // Detection, contact, cables and motion, as the method orders them.
         let mut pull = Pulling {
-            effects: if self.any_effect_pulls { &mut self.effects } else { &mut [] },
+            effects: &mut self.effects,
             times: &mut self.effect_times,
+            pulls: self.any_effect_pulls,
+            presses: self.any_effect_presses,
         };
         pull.watch(&self.before);
         self.method.advance(&self.before, &mut self.state, &mut self.work, &mut pull)?;
@@ -212,6 +216,8 @@ impl Simulation {
 struct Pulling<'a> {
     effects: &'a mut [Box<dyn Effect>],
     times: &'a mut [Duration],
+    pulls: bool,
+    presses: bool,
 }
 
 impl Pulling<'_> {
@@ -226,24 +232,34 @@ impl Pulling<'_> {
     }
 
     fn watch(&mut self, before: &State) {
+        if !self.pulls && !self.presses {
+            return;
+        }
         self.each(|effect| effect.pulls() || effect.presses(), &mut |effect| effect.watch(before));
     }
 }
 
 impl Pull for Pulling<'_> {
-    fn any(&self) -> bool {
-        !self.effects.is_empty()
+    fn pulls(&self) -> bool {
+        self.pulls
     }
 
-    fn pull(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
         self.each(|effect| effect.pulls(), &mut |effect| effect.pull(knots, step, touched));
-        // Contact last: nothing then moves the net into the target.
-        if let Some(body) = target {
-            self.each(|effect| effect.presses(), &mut |effect| effect.press(knots, body, step, touched));
-        }
+    }
+
+    fn presses(&self) -> bool {
+        self.presses
+    }
+
+    fn press(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+        self.each(|effect| effect.presses(), &mut |effect| effect.press(knots, target, step, touched));
     }
 
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
+        if !self.presses {
+            return;
+        }
         for effect in self.effects.iter().filter(|effect| effect.presses()) {
             effect.report(before, after, contacts);
         }

@@ -7,10 +7,10 @@ use common::{below, case_of, scene, small_scene, within};
 use serde_json::json;
 use tumblenet::simulation::Simulation;
 
-/// A torque-free stage of 8 t that tumbles about its middle axis for 300 s: in 64 bits energy keeps
-/// to 2e-8 and angular momentum to 1.4e-4 (`a_body_spun_about_its_middle_axis_flips`).
+/// A torque-free stage of 8 t that tumbles about its middle axis. The engine's own turning lost 9 % of its
+/// energy in 300 s with narrow numbers; a body is now turned by our side, so it keeps it in either.
 #[test]
-fn in_f32_a_tumbling_stage_gains_or_loses_energy_without_a_torque() {
+fn in_f32_a_tumbling_stage_keeps_energy_and_angular_momentum() {
     let mut scene = small_scene();
     scene["net"]["meshes"] = json!([1, 1]);
     scene["launch"]["speed_m_s"] = json!(0.0);
@@ -23,15 +23,39 @@ fn in_f32_a_tumbling_stage_gains_or_loses_energy_without_a_torque() {
     let start = simulation.state.target.unwrap();
     let (energy, momentum) = (start.kinetic_energy(8000.0, &inertia), start.angular_momentum(&inertia));
     let (mut energy_error, mut momentum_error) = (0.0_f64, 0.0_f64);
-    for _ in 0..300_000 {
+    for _ in 0..100_000 {
         simulation.step().unwrap();
         let body = simulation.state.target.unwrap();
         energy_error = energy_error.max((body.kinetic_energy(8000.0, &inertia) / energy - 1.0).abs());
         let turned = body.angular_momentum(&inertia) - momentum;
         momentum_error = momentum_error.max(turned.norm() / momentum.norm());
     }
-    within("energy", energy_error, [0.01, 0.5]); // measured 0.088
-    within("angular momentum", momentum_error, [0.01, 0.5]); // measured 0.043
+    below("energy", energy_error, 1e-6); // measured 2e-9 over 300 s
+    below("angular momentum", momentum_error, 1e-6);
+}
+
+/// Where narrow numbers fail: a net that flies slowly far from the origin. At 1 km a number of 32 bits
+/// ends at 6e-5 m; a step of 0.5 ms at 0.05 m/s is 2.5e-5 m, which is lost.
+#[test]
+fn in_f32_a_slow_net_far_from_the_origin_stands_still() {
+    let travelled = |precision: &str| {
+        let mut scene = small_scene();
+        scene["launch"] = json!({ "speed_m_s": 0.05, "angle_deg": 0.0 });
+        scene["solver"] = json!({ "step_s": 0.0005, "precision": precision });
+        let mut case = case_of(scene);
+        for place in &mut case.net.folded {
+            place.x += 1000.0;
+        }
+        let mut simulation = Simulation::new(&case);
+        let bullet = case.net.bullets[0];
+        let from = simulation.state.knots.position[bullet];
+        for _ in 0..200 {
+            simulation.step().unwrap();
+        }
+        (simulation.state.knots.position[bullet] - from).norm()
+    };
+    within("f64, m", travelled("f64"), [0.0045, 0.0051]);
+    below("f32, m", travelled("f32"), 0.002);
 }
 
 /// The first third of a second in which a net wraps a Cubesat: narrow numbers lose the last digits

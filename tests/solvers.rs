@@ -29,11 +29,11 @@ fn run(case: &Case) -> (Run, Summary) {
 #[test]
 fn explicit_net_flies_as_the_oracle_does() {
     let changes = ["duration_s=0.5", "expect=null", "solver.cables=explicit", "solver.contact=impulse"];
-    // At 20 us RK4 is 1.1e-5 and 2.8e-4 m off, no better than the symplectic method: the jump of
-    // Eq. 3.3 where a cable goes taut makes both first order. At the oracle's own step it is the oracle.
-    // Known: 2.8e-4 m at 0.5 s with the switches located, where 2e-4 is wanted and 6e-5 was measured without;
-    // the oracle does not locate them, so which of the two is nearer the truth is open.
-    for (integrator, step, bounds) in [("symplectic", 2e-5, [5e-5, 4e-4]), ("rk4", 5e-6, [1e-6, 1e-4])] {
+    // Measured 1.7e-5 and 6.1e-5 m. At the oracle's own step RK4 is the oracle; at 20 us it is no better
+    // than the symplectic method, because Eq. 3.3 jumps where a cable goes taut.
+    // The bound at 0.5 s holds for the symmetric net alone: with its knots moved by 1e-9 m, and the oracle's
+    // alike, seven of seven runs are 2.5e-4 to 1.4e-3 m off, and no better at 10 or 5 us.
+    for (integrator, step, bounds) in [("symplectic", 2e-5, [5e-5, 2e-4]), ("rk4", 5e-6, [1e-6, 1e-4])] {
         let step = format!("solver.step_s={step}");
         let integrator = format!("solver.integrator={integrator}");
         let case = case("deployment-kevlar", &[&changes[..], &[&step, &integrator]].concat());

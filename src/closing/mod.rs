@@ -5,7 +5,8 @@
 //! velocities of knots and knows nothing of how cables or contacts are solved: every cable model
 //! calls the same [`Mechanism::pull`], once in each of its own steps.
 //!
-//! Several threads meet in the bullets; a few Gauss–Seidel sweeps over them settle it.
+//! Several threads meet in the bullets; Gauss–Seidel sweeps over them settle it, within a step or from
+//! sub-step to sub-step (see [`Effort`]).
 
 pub mod layouts;
 pub mod lock;
@@ -18,11 +19,8 @@ use nalgebra::Vector3;
 use crate::state::{Knots, Posting};
 use layouts::Route;
 use lock::Lock;
-use thread::{Node, Thread};
+use thread::{Effort, Node, Thread};
 use winch::{Drive, Tally, Winch};
-
-/// Gauss–Seidel sweeps over the threads within a step, at most.
-const SWEEPS: usize = 3;
 
 /// Threads, winches and latches of a net.
 #[derive(Clone, Debug)]
@@ -33,6 +31,7 @@ pub struct Mechanism {
     /// Every knot that it may pull, once.
     reached: Vec<usize>,
     runs: bool,
+    effort: Effort,
 
     /// Since they were last taken, for each reached knot: impulse [N s].
     impulses: Vec<Vector3<f64>>,
@@ -116,6 +115,7 @@ impl Mechanism {
             lock,
             inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
             runs: false,
+            effort: Effort::WHOLE,
             impulses: vec![Vector3::zeros(); reached.len()],
             outside: Outside::default(),
             stored_before: 0.0,
@@ -138,6 +138,11 @@ impl Mechanism {
     /// Ends it.
     pub fn stop(&mut self) {
         self.runs = false;
+    }
+
+    /// Takes less trouble within a call: it is called in every sub-step.
+    pub fn in_substeps(&mut self) {
+        self.effort = Effort::IN_SUBSTEPS;
     }
 
     /// Puts the anchor of every thread to `position` [m].
@@ -170,7 +175,7 @@ impl Mechanism {
         if let Some(lock) = &mut self.lock {
             lock.begin(knots, inverse_mass);
         }
-        for _ in 0..SWEEPS {
+        for _ in 0..self.effort.sweeps {
             let mut changed = false;
             for Line { thread, winch, beyond, .. } in &mut self.lines {
                 changed |= thread.pull(
@@ -178,6 +183,7 @@ impl Mechanism {
                     inverse_mass,
                     step,
                     &winch.ask(step, *beyond, thread.inverse_mass_of_ends(inverse_mass)),
+                    &self.effort,
                 );
             }
             if let Some(lock) = &mut self.lock {

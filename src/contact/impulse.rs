@@ -38,27 +38,42 @@ use crate::friction::Law;
 pub const PUSH_OUT: f64 = 1.0;
 
 /// The impulse response.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Impulse {
     /// Coefficient of restitution e (Eq. 4.11) [-].
     pub restitution: f64,
     /// Friction, where an effect asks for it.
     pub friction: Option<Law>,
+    wanted: Vec<f64>,
+    solver: Simultaneous,
 }
 
 impl Impulse {
+    /// The response with coefficient of restitution `restitution` [-], and `friction` if any.
+    pub fn new(restitution: f64, friction: Option<Law>) -> Impulse {
+        Impulse { restitution, friction, ..Impulse::default() }
+    }
+
     /// Impulse on the knot of each row within a step of `step` seconds: along the normal and across
     /// it [N s]. Rows must be of different knots.
-    pub fn respond(&self, rows: &[Row], mobility: &Mobility, step: f64) -> Vec<(f64, Vector3<f64>)> {
-        let wanted: Vec<f64> = rows.iter().map(|row| self.wanted_change(row, step)).collect();
-        let normal = push(rows, mobility, &wanted).into_iter();
-        let mut impulses: Vec<(f64, Vector3<f64>)> = normal.map(|j| (j, Vector3::zeros())).collect();
+    pub fn respond(
+        &mut self,
+        rows: &[Row],
+        mobility: &Mobility,
+        step: f64,
+        impulses: &mut Vec<(f64, Vector3<f64>)>,
+    ) {
+        let mut wanted = std::mem::take(&mut self.wanted);
+        wanted.clear();
+        wanted.extend(rows.iter().map(|row| self.wanted_change(row, step)));
+        impulses.clear();
+        impulses.extend(self.solver.push(rows, mobility, &wanted).iter().map(|&j| (j, Vector3::zeros())));
+        self.wanted = wanted;
         if let Some(law) = &self.friction {
-            for (row, impulse) in rows.iter().zip(&mut impulses) {
+            for (row, impulse) in rows.iter().zip(impulses) {
                 impulse.1 = slowing_impulse(law, row, mobility, impulse.0);
             }
         }
-        impulses
     }
 
     fn wanted_change(&self, row: &Row, step: f64) -> f64 {
@@ -75,55 +90,83 @@ impl Impulse {
     }
 }
 
-/// Impulses that change the normal relative speeds of `rows` by what is `wanted`, where that is more
-/// than nothing, and pull nowhere: what would is released, and the rest solved again.
-pub fn push(rows: &[Row], mobility: &Mobility, wanted: &[f64]) -> Vec<f64> {
-    let mut acting: Vec<usize> = (0..rows.len()).filter(|&i| wanted[i] > 0.0).collect();
-    let mut impulses = vec![0.0; rows.len()];
-    while !acting.is_empty() {
-        let chosen: Vec<Row> = acting.iter().map(|&i| rows[i]).collect();
-        let changes: Vec<f64> = acting.iter().map(|&i| wanted[i]).collect();
-        let solved = solve(&chosen, mobility, &changes);
-        if solved.iter().all(|&j| j >= 0.0) {
-            for (&i, j) in acting.iter().zip(solved) {
-                impulses[i] = j;
-            }
-            break;
-        }
-        let pushing = acting.iter().zip(&solved).filter(|&(_, &j)| j >= 0.0);
-        acting = pushing.map(|(&i, _)| i).collect();
-    }
-    impulses
+/// Solves for impulses of many contacts at once; keeps its memory from call to call.
+#[derive(Clone, Debug, Default)]
+pub struct Simultaneous {
+    acting: Vec<Acting>,
+    impulses: Vec<f64>,
 }
 
-/// j = M⁻¹ v by the Woodbury identity, O(k).
-pub fn solve(rows: &[Row], mobility: &Mobility, wanted: &[f64]) -> Vec<f64> {
-    let alone = || rows.iter().zip(wanted).map(|(row, v)| v / row.inverse_mass);
-    if mobility.inverse_mass == 0.0 {
-        return alone().collect();
+/// A contact that pushes.
+#[derive(Clone, Copy, Debug)]
+struct Acting {
+    index: usize,
+    /// Row of G.
+    moments: Vector6<f64>,
+    /// mᵢ, the entry of D⁻¹ [kg].
+    mass: f64,
+    /// Impulse that would do if the target were held [N s].
+    alone: f64,
+    /// jᵢ as last solved [N s].
+    impulse: f64,
+}
+
+impl Simultaneous {
+    /// Impulses that change the normal relative speeds of `rows` by what is `wanted`, where that is more
+    /// than nothing, and pull nowhere: what would is released, and the rest solved again.
+    pub fn push(&mut self, rows: &[Row], mobility: &Mobility, wanted: &[f64]) -> &[f64] {
+        self.impulses.clear();
+        self.impulses.resize(rows.len(), 0.0);
+        self.acting.clear();
+        let pressed = rows.iter().zip(wanted).enumerate().filter(|(_, (_, wanted))| **wanted > 0.0);
+        self.acting.extend(pressed.map(|(index, (row, wanted))| Acting::of(index, row, *wanted)));
+        while !self.acting.is_empty() {
+            self.solve(mobility);
+            if self.acting.iter().all(|contact| contact.impulse >= 0.0) {
+                break;
+            }
+            self.acting.retain(|contact| contact.impulse >= 0.0);
+        }
+        for contact in &self.acting {
+            self.impulses[contact.index] = contact.impulse;
+        }
+        &self.impulses
     }
-    let moments = |row: &Row| {
+
+    /// j = M⁻¹ v by the Woodbury identity, O(k).
+    fn solve(&mut self, mobility: &Mobility) {
+        if mobility.inverse_mass == 0.0 {
+            for contact in &mut self.acting {
+                contact.impulse = contact.alone;
+            }
+            return;
+        }
+        let mut core = Matrix6::zeros();
+        let inertia = mobility.inverse_inertia.try_inverse().unwrap_or_default();
+        core.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
+        for axis in 0..3 {
+            core[(axis, axis)] = 1.0 / mobility.inverse_mass;
+        }
+        let mut pull = Vector6::zeros();
+        for Acting { moments, mass, alone, .. } in &self.acting {
+            core.syger(*mass, moments, moments, 1.0); // the lower half, which is all that is read
+            pull += moments * *alone;
+        }
+        // Symmetric and positive definite: mass and inertia are, and the rest is a sum of squares.
+        let shared = core.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&pull));
+        for contact in &mut self.acting {
+            contact.impulse = contact.alone - contact.mass * contact.moments.dot(&shared);
+        }
+    }
+}
+
+impl Acting {
+    fn of(index: usize, row: &Row, wanted: f64) -> Acting {
         let turn = row.arm.cross(&row.normal);
-        Vector6::new(row.normal.x, row.normal.y, row.normal.z, turn.x, turn.y, turn.z)
-    };
-    let mut core = Matrix6::zeros();
-    let inertia = mobility.inverse_inertia.try_inverse().unwrap_or_default();
-    core.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
-    for axis in 0..3 {
-        core[(axis, axis)] = 1.0 / mobility.inverse_mass;
+        let moments = Vector6::new(row.normal.x, row.normal.y, row.normal.z, turn.x, turn.y, turn.z);
+        let mass = 1.0 / row.inverse_mass;
+        Acting { index, moments, mass, alone: mass * wanted, impulse: 0.0 }
     }
-    let mut pull = Vector6::zeros();
-    for (row, alone) in rows.iter().zip(alone()) {
-        let g = moments(row);
-        core += g * g.transpose() / row.inverse_mass;
-        pull += g * alone;
-    }
-    // Symmetric and positive definite: mass and inertia are, and the rest is a sum of squares.
-    let shared = core.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&pull));
-    rows.iter()
-        .zip(alone())
-        .map(|(row, alone)| alone - moments(row).dot(&shared) / row.inverse_mass)
-        .collect()
 }
 
 #[cfg(test)]
@@ -166,15 +209,27 @@ mod tests {
         m.lu().solve(&DVector::from_row_slice(wanted)).unwrap().iter().copied().collect()
     }
 
+    fn answer(restitution: f64, rows: &[Row], mobility: &Mobility, step: f64) -> Vec<(f64, Vector3<f64>)> {
+        let mut impulses = Vec::new();
+        Impulse::new(restitution, None).respond(rows, mobility, step, &mut impulses);
+        impulses
+    }
+
     #[test]
     fn woodbury_agrees_with_the_dense_matrix_of_eq_4_28() {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         for n in 1..=60 {
             let rows = random_rows(n, &mut random);
             let wanted: Vec<f64> = (0..n).map(|_| random.random_range(0.0..2.0)).collect();
-            let (fast, slow) = (solve(&rows, &mobility(), &wanted), dense(&rows, &mobility(), &wanted));
+            let mut solver = Simultaneous::default();
+            solver
+                .acting
+                .extend(rows.iter().zip(&wanted).enumerate().map(|(i, (r, v))| Acting::of(i, r, *v)));
+            solver.solve(&mobility());
+            let fast = solver.acting.iter().map(|contact| contact.impulse);
+            let slow = dense(&rows, &mobility(), &wanted);
             let scale = slow.iter().map(|j| j.abs()).fold(0.0, f64::max);
-            for (a, b) in fast.iter().zip(&slow) {
+            for (a, b) in fast.zip(&slow) {
                 assert!((a - b).abs() < 1e-10 * scale, "{n} contacts: {a} and {b}"); // measured 3e-14
             }
         }
@@ -187,9 +242,9 @@ mod tests {
             let mut row = random_rows(1, &mut random)[0];
             row.velocity -= (row.speed() + 1.0) * row.normal; // approaching at 1 m/s, touching
             let mobility = mobility();
-            let answer = Impulse { restitution, friction: None }.respond(&[row], &mobility, 1e-3);
+            let answered = answer(restitution, &[row], &mobility, 1e-3);
             let effective = row.inverse_mass + mobility.along(&row.normal, &row.arm);
-            assert!((answer[0].0 * effective - (1.0 + restitution)).abs() < 1e-12);
+            assert!((answered[0].0 * effective - (1.0 + restitution)).abs() < 1e-12);
         }
     }
 
@@ -198,7 +253,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         for _ in 0..200 {
             let rows = random_rows(20, &mut random);
-            let answers = Impulse { restitution: 0.0, friction: None }.respond(&rows, &mobility(), 1e-3);
+            let answers = answer(0.0, &rows, &mobility(), 1e-3);
             assert!(answers.iter().all(|(j, _)| *j >= 0.0));
         }
     }
@@ -209,18 +264,17 @@ mod tests {
         row.velocity = -row.normal;
         row.gap = -0.05;
         let held = Mobility { inverse_mass: 0.0, inverse_inertia: Matrix3::zeros() };
-        let answer = Impulse { restitution: 0.0, friction: None }.respond(&[row], &held, 1e-4);
-        assert!((answer[0].0 * row.inverse_mass - (1.0 + PUSH_OUT)).abs() < 1e-12);
+        let answered = answer(0.0, &[row], &held, 1e-4);
+        assert!((answered[0].0 * row.inverse_mass - (1.0 + PUSH_OUT)).abs() < 1e-12);
     }
 
     #[test]
     fn nothing_happens_at_rest_or_apart() {
         let mut row = random_rows(1, &mut ChaCha8Rng::seed_from_u64(4))[0];
-        let response = Impulse { restitution: 0.5, friction: None };
         row.velocity = Vector3::zeros();
-        assert_eq!(response.respond(&[row], &mobility(), 1e-3)[0].0, 0.0);
+        assert_eq!(answer(0.5, &[row], &mobility(), 1e-3)[0].0, 0.0);
         row.velocity = -row.normal;
         row.gap = 1.1e-3; // out of reach within the step
-        assert_eq!(response.respond(&[row], &mobility(), 1e-3)[0].0, 0.0);
+        assert_eq!(answer(0.5, &[row], &mobility(), 1e-3)[0].0, 0.0);
     }
 }

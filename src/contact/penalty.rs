@@ -64,14 +64,19 @@ impl Penalty {
 
     /// Impulse on the knot of each row within a step of `step` seconds: along the normal and across
     /// it [N s].
-    pub fn respond(&self, rows: &[Row], mobility: &Mobility, step: f64) -> Vec<(f64, Vector3<f64>)> {
-        rows.iter()
-            .map(|row| {
-                let normal = step * self.force(row.knot, -row.gap, -row.speed());
-                let across = self.friction.map(|law| slowing_impulse(&law, row, mobility, normal));
-                (normal, across.unwrap_or_default())
-            })
-            .collect()
+    pub fn respond(
+        &self,
+        rows: &[Row],
+        mobility: &Mobility,
+        step: f64,
+        impulses: &mut Vec<(f64, Vector3<f64>)>,
+    ) {
+        impulses.clear();
+        impulses.extend(rows.iter().map(|row| {
+            let normal = step * self.force(row.knot, -row.gap, -row.speed());
+            let across = self.friction.map(|law| slowing_impulse(&law, row, mobility, normal));
+            (normal, across.unwrap_or_default())
+        }));
     }
 
     /// Normal force on a knot at overlap `depth` [m] that grows at `rate` [m/s]   [N].

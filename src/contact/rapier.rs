@@ -18,7 +18,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Mobility, Row, impulse};
+use super::impulse::Simultaneous;
+use super::{Mobility, Row};
 use crate::net::Net;
 use crate::state::{Body, Contact, State};
 use crate::target::Target;
@@ -135,7 +136,8 @@ impl Rapier {
         let plain: Vec<Row> = rows.iter().map(|(_, row, _)| *row).collect();
         let wanted: Vec<f64> = rows.iter().map(|(_, _, wanted)| *wanted).collect();
         let mobility = self.mobility.at(&body);
-        for ((index, row, _), push) in rows.iter().zip(impulse::push(&plain, &mobility, &wanted)) {
+        let mut solver = Simultaneous::default();
+        for ((index, row, _), &push) in rows.iter().zip(solver.push(&plain, &mobility, &wanted)) {
             let impulse = push * row.normal;
             state.knots.velocity[row.knot] += row.inverse_mass * impulse;
             body.velocity -= mobility.inverse_mass * impulse;

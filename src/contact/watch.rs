@@ -37,8 +37,10 @@ pub struct Watch {
     radius: Vec<f64>,
     planes: Vec<Plane>,
     found: Vec<Contact>,
-    /// Rows of the sub-step, with their planes; kept for its memory.
-    rows: Vec<(usize, Row)>,
+    /// Rows of the sub-step, their planes, and the impulses on them; kept for their memory.
+    rows: Vec<Row>,
+    planes_of: Vec<usize>,
+    impulses: Vec<(f64, Vector3<f64>)>,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
 }
@@ -81,6 +83,8 @@ impl Watch {
             planes: Vec::new(),
             found: Vec::new(),
             rows: Vec::new(),
+            planes_of: Vec::new(),
+            impulses: Vec::new(),
             n_detections: 0,
         }
     }
@@ -129,8 +133,9 @@ impl Watch {
             return;
         }
         let turn = body.attitude.to_rotation_matrix();
-        let rows = &mut self.rows;
+        let (rows, planes_of) = (&mut self.rows, &mut self.planes_of);
         rows.clear();
+        planes_of.clear();
         for (index, plane) in self.planes.iter_mut().enumerate() {
             let normal = turn * plane.normal;
             let from_centre = knots.position(plane.knot) - body.position;
@@ -154,31 +159,33 @@ impl Watch {
             };
             // A knot between two parts: the one it is deeper in at the end of the step.
             let depth = |row: &Row| -(row.gap + step * row.speed());
-            match rows.last_mut() {
-                Some(last) if last.1.knot == row.knot => {
-                    if depth(&row) > depth(&last.1) {
-                        *last = (index, row);
+            match (rows.last_mut(), planes_of.last_mut()) {
+                (Some(last), Some(of)) if last.knot == row.knot => {
+                    if depth(&row) > depth(last) {
+                        (*last, *of) = (row, index);
                     }
                 }
-                _ => rows.push((index, row)),
+                _ => {
+                    rows.push(row);
+                    planes_of.push(index);
+                }
             }
         }
         if rows.is_empty() {
             return;
         }
         let mobility = self.mobility.at(body);
-        let plain: Vec<Row> = rows.iter().map(|(_, row)| *row).collect();
-        let impulses = match &self.response {
-            Response::Impulse(response) => response.respond(&plain, &mobility, step),
-            Response::Penalty(response) => response.respond(&plain, &mobility, step),
-        };
+        match &mut self.response {
+            Response::Impulse(response) => response.respond(rows, &mobility, step, &mut self.impulses),
+            Response::Penalty(response) => response.respond(rows, &mobility, step, &mut self.impulses),
+        }
         let before = *body;
-        for (row, (normal, across)) in plain.iter().zip(&impulses) {
+        for (row, (normal, across)) in rows.iter().zip(&self.impulses) {
             let impulse = *normal * row.normal + across;
             body.velocity -= mobility.inverse_mass * impulse;
             body.rate -= mobility.inverse_inertia * row.arm.cross(&impulse);
         }
-        for ((index, row), (normal, across)) in self.rows.iter().zip(&impulses) {
+        for ((row, index), (normal, across)) in rows.iter().zip(planes_of).zip(&self.impulses) {
             let impulse = *normal * row.normal + across;
             if impulse == Vector3::zeros() {
                 continue;

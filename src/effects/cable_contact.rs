@@ -88,8 +88,8 @@ impl Effect for Active {
         }
     }
 
-    fn press(&mut self, knots: &mut Knots, body: &mut Body, step: f64, touched: &mut [bool]) {
-        if let Some(watch) = &mut self.watch {
+    fn press(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+        if let (Some(watch), Some(body)) = (&mut self.watch, target) {
             watch.answer(knots, body, step, touched);
         }
     }

@@ -25,6 +25,7 @@ use crate::closing::{Line, Mechanism, Outside};
 use crate::net::Net;
 use crate::plan::Setting;
 use crate::quantity::Positive;
+use crate::solver::CableModel;
 use crate::state::{Knots, Posting, State};
 use crate::target::Target;
 
@@ -164,6 +165,9 @@ impl Effect for Active {
 
     fn prepare(&mut self, setting: &Setting<'_>) {
         self.has_chaser = setting.plan.free_chaser && self.parameters.layout == Layout::Cinch;
+        if setting.solver.cables == CableModel::Explicit {
+            self.mechanism.in_substeps();
+        }
     }
 
     fn pulls(&self) -> bool {

@@ -82,7 +82,7 @@ pub trait Effect: Send {
     /// Adds its forces on knots and target for the coming step.
     fn act(&mut self, _state: &State, _loads: &mut Loads) {}
 
-    /// Whether it changes velocities of knots at once; one that does not is not called for that.
+    /// Whether it pulls at knots as threads do; one that does not is not called for that.
     fn pulls(&self) -> bool {
         false
     }
@@ -90,18 +90,19 @@ pub trait Effect: Send {
     /// Hears the state at the start of a step, before it pulls.
     fn watch(&mut self, _state: &State) {}
 
-    /// Changes velocities of knots before these move for `step` seconds, and marks those it changed;
-    /// called in every step or sub-step of the cable model.
+    /// Changes velocities of knots before these move for `step` seconds, and marks those it changed; called
+    /// once a step. The cable model may spread the change over its sub-steps.
     fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
 
-    /// Whether it answers contacts of net and target; one that does not is not called for that.
+    /// Whether it answers contacts, of net and target or of the net with itself; one that does not is
+    /// not called for that.
     fn presses(&self) -> bool {
         false
     }
 
     /// Answers contacts within the coming (sub-)step of `step` seconds, after all pulls: changes
     /// velocities of knots and target, and marks the knots it changed.
-    fn press(&mut self, _knots: &mut Knots, _body: &mut Body, _step: f64, _touched: &mut [bool]) {}
+    fn press(&mut self, _knots: &mut Knots, _target: &mut Option<Body>, _step: f64, _touched: &mut [bool]) {}
 
     /// Adds the contacts it answered within the step from `before` to `after`.
     fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
@@ -210,8 +211,9 @@ effects! {
     closing: closing::Closing,
     /// A pull on the net's centre.
     tug: tug::Tug,
-    /// Contact of whole cables with the target, not of knots alone.
-    cable_contact: cable_contact::CableContact,
     /// Contact of cables and bullets of the net with each other.
     self_contact: self_contact::SelfContact,
+    // Last: nothing then moves the net into the target.
+    /// Contact of whole cables with the target, not of knots alone.
+    cable_contact: cable_contact::CableContact,
 }

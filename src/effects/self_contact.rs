@@ -11,7 +11,7 @@ use super::{Effect, Parameters};
 use crate::contact::pairs::{PairWatch, bullet_radius};
 use crate::net::Net;
 use crate::quantity::Positive;
-use crate::state::{Knots, Posting, State};
+use crate::state::{Body, Knots, Posting, State};
 use crate::target::Target;
 
 /// Parameters of self contact.
@@ -56,11 +56,11 @@ impl Effect for Active {
         )
     }
 
-    fn pulls(&self) -> bool {
+    fn presses(&self) -> bool {
         true
     }
 
-    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+    fn press(&mut self, knots: &mut Knots, _: &mut Option<Body>, step: f64, touched: &mut [bool]) {
         self.watch.answer(knots, step, touched);
     }
 

@@ -187,7 +187,7 @@ impl JointsMethod {
 
     /// Effects change velocities, once a step: when it is done again, by as much. Their work [J].
     fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) -> f64 {
-        if !pull.any() {
+        if !pull.pulls() && !pull.presses() {
             return 0.0;
         }
         if !self.has_pulled {
@@ -196,7 +196,8 @@ impl JointsMethod {
             let mut pulled = std::mem::take(&mut self.starts[1].knots);
             pulled.clone_from(&state.knots);
             let mut target = state.target;
-            pull.pull(&mut pulled, &mut target, self.step, &mut self.touched);
+            pull.pull(&mut pulled, self.step, &mut self.touched);
+            pull.press(&mut pulled, &mut target, self.step, &mut self.touched);
             self.pulled_target = match (state.target, target) {
                 (Some(old), Some(new)) if old != new => {
                     Some((new.velocity - old.velocity, new.rate - old.rate))

@@ -77,14 +77,20 @@ impl Method {
     }
 }
 
-/// What changes velocities of knots at once, before they move: threads, say, or contact of cables.
+/// What effects do within a step: their threads pull, and their contacts press.
 pub trait Pull {
-    /// Whether there is anything of the kind.
-    fn any(&self) -> bool;
+    /// Whether anything pulls.
+    fn pulls(&self) -> bool;
 
-    /// Changes velocities of `knots` and of the target for the coming (sub-)step of `step` seconds, and
-    /// marks the knots it changed.
-    fn pull(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]);
+    /// Threads change velocities of `knots` for the coming step of `step` seconds, and mark the knots.
+    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
+
+    /// Whether anything presses.
+    fn presses(&self) -> bool;
+
+    /// Contacts change velocities of `knots` and of the target for the coming (sub-)step of `step`
+    /// seconds, and mark the knots. After all pulls: nothing then moves the net into the target.
+    fn press(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]);
 
     /// Adds the contacts it answered within the step from `before` to `after`.
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>);
@@ -95,9 +101,7 @@ fn watch(case: &Case, plan: &Plan) -> Option<Watch> {
     let target = case.target.as_ref()?;
     let response = match case.scene.solver.contact {
         ContactModel::Rapier => return None,
-        ContactModel::Impulse => {
-            Response::Impulse(Impulse { restitution: plan.restitution, friction: plan.friction })
-        }
+        ContactModel::Impulse => Response::Impulse(Impulse::new(plan.restitution, plan.friction)),
         ContactModel::Penalty => {
             Response::Penalty(Penalty::new(&case.net, &case.scene.solver.penalty, plan.friction))
         }

@@ -26,11 +26,17 @@ pub struct Bare {
 struct Nothing;
 
 impl Pull for Nothing {
-    fn any(&self) -> bool {
+    fn pulls(&self) -> bool {
         false
     }
 
-    fn pull(&mut self, _knots: &mut Knots, _target: &mut Option<Body>, _step: f64, _touched: &mut [bool]) {}
+    fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
+
+    fn presses(&self) -> bool {
+        false
+    }
+
+    fn press(&mut self, _knots: &mut Knots, _target: &mut Option<Body>, _step: f64, _touched: &mut [bool]) {}
 
     fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
 }

@@ -152,7 +152,9 @@ pub struct Request {
 pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
     let started = Instant::now();
     let effects = base.scene.effects.build(&base.net, base.target.as_ref());
-    let quiet = !effects.iter().any(|effect| effect.acts() || effect.pulls() || effect.brackets());
+    let quiet = !effects
+        .iter()
+        .any(|effect| effect.acts() || effect.pulls() || effect.presses() || effect.brackets());
     let fly = |index: usize| {
         let (group, member) = (index % 2, index / 2);
         // A fair share of what is left for each run, so that one does not starve the others.

@@ -105,16 +105,17 @@ fn large_steps() -> [Hard; 4] {
 
 fn ten_thousand_knots() -> Hard {
     let shot = with(
-        net(100, 0.3, 1.0, 10.0, 5.0),
-        json!({ "net": { "cable": { "material": "kevlar" }, "fold": { "ratio": 0.05 } } }),
+        net(100, 0.3, 4.0, 10.0, 5.0),
+        json!({ "net": { "cable": { "material": "kevlar" }, "fold": { "ratio": 0.05 } },
+                "launch": { "angle_deg": 45.0 } }),
     );
     Hard::new(
         Theme::Size,
         "ten-thousand-knots",
-        "a net of 101 x 101 knots opens for 5 s on its way to a rocket stage",
+        "a net of 101 x 101 knots opens, meets a rocket stage and wraps it within 5 s",
         with(
             shot,
-            json!({ "target": { "shape": "zenit-2-second-stage", "distance_m": 30.0, "mass_kg": 8226.0 } }),
+            json!({ "target": { "shape": "zenit-2-second-stage", "distance_m": 10.0, "mass_kg": 8226.0 } }),
         ),
     )
     .once()
