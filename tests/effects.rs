@@ -123,7 +123,7 @@ fn probes() -> Vec<Probe> {
             acts: json!({}),
             zero: Err("it has no coefficients: cables touch or do not"),
             turned: Ok(json!({})),
-            gradient: Err("stores nothing: it takes energy where a cable is stopped"),
+            gradient: Err("impulses store nothing; a penalty's energy has its own test beside the force"),
             excludes: &[],
         },
     ]

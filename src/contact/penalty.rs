@@ -165,6 +165,16 @@ mod tests {
         assert!((penalty(PenaltyLaw::HuntCrossley).force(0, 1e-4, 2.0) - 1.6).abs() < 1e-9);
     }
 
+    #[test]
+    fn the_elastic_force_is_the_slope_of_its_energy() {
+        for law in [PenaltyLaw::SpringDashpot, PenaltyLaw::Hertz, PenaltyLaw::HuntCrossley] {
+            let (penalty, depth, h) = (penalty(law), 1e-4, 1e-8);
+            let slope = (penalty.energy(0, depth + h) - penalty.energy(0, depth - h)) / (2.0 * h);
+            assert!((slope / penalty.force(0, depth, 0.0) - 1.0).abs() < 1e-6, "{law:?}: {slope}");
+            assert_eq!(penalty.energy(0, -depth), 0.0);
+        }
+    }
+
     /// A knot against a wall: Hertz gives its speed back, Hunt and Crossley less, 1 − α v to first order.
     #[test]
     fn bounce_keeps_or_loses_energy_as_the_law_says() {
