@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::metrics::conservation::Conservation;
 use tumblenet::run::Run;
+use tumblenet::solver::CableModel;
 
 /// A random net of `meshes`, folded and shot, without a target.
 ///
@@ -81,10 +82,13 @@ fn captures() -> impl Strategy<Value = Value> {
 fn kept(case: &Case, run: &Run) -> Result<(), TestCaseError> {
     let found = Conservation::of(case, run);
     prop_assert!(found.momentum_residual < 1e-9, "{found:?}"); // measured 7e-15
-    prop_assert!(found.angular_momentum_residual < 1e-3, "{found:?}"); // measured 1.2e-4
-    prop_assert!(found.energy_residual < 0.02, "{found:?}"); // measured 2e-4
-    // The rows of a taut net carry over some stretch from step to step: it goes as it came.
-    prop_assert!(found.energy_rise < 0.05, "{found:?}"); // measured 0.038
+    // Measured on 384 random nets with joints and 21 with explicit cables.
+    prop_assert!(found.angular_momentum_residual < 1e-4, "{found:?}"); // measured 4.4e-5
+    prop_assert!(found.energy_residual < 1e-3, "{found:?}"); // measured 6.6e-5
+    // Joints measured 6.8e-4. The symplectic method of an undamped net keeps another energy than this one,
+    // which swings about it: measured 0.017.
+    let rise = if case.scene.solver.cables == CableModel::Joints { 2e-3 } else { 0.05 };
+    prop_assert!(found.energy_rise < rise, "{found:?}");
     prop_assert!(found.energy_end_j <= found.energy_start_j * 1.001, "{found:?}");
     Ok(())
 }
