@@ -276,8 +276,9 @@ fn whole_page(study: &Study, drawn: &[(Figure, String)]) -> String {
          are exact and the same on every machine. A change of the model (middle knots, effects) has a difference \
          from the reference, not an error."
             .to_owned(),
-        "The engine is built with `enhanced-determinism`, so that a run has the same bits on every platform; what that \
-         costs is decided when the program is compiled and is in all of these times."
+        "The engine is built with `enhanced-determinism`, so that a run has the same bits on every platform. That is \
+         decided when the program is compiled and is in all of these times; it costs 0.1 % (1.956e9 instructions \
+         against 1.953e9 without, over the first 0.95 s of `cubesat-free`)."
             .to_owned(),
     ];
     said.extend(notes(study));

@@ -11,9 +11,9 @@
 
 /// Energy that cables may make within a step, over the largest that the net has had. Sweeps answer to
 /// less (see [`super::sweeps`]). With 1e-5, 1e-4, 3e-4 and 1e-3 the free Cubesat takes 13 600, 8 000, 6 700
-/// and 6 000 parts for its 6 000 steps, its energy rises by 0, 0, 4e-5 and 2e-4, and the catalogue of hard
-/// cases gains nothing below 3e-4.
-const TOLERANCE: f64 = 3e-4;
+/// and 6 000 parts for its 6 000 steps. Between frames the Cubesat at 1 rad/s with a knot in the middle of
+/// every cable gains 3e-4, 8e-4 and 2e-3 of the launch energy with 1e-4, 2e-4 and 3e-4.
+const TOLERANCE: f64 = 2e-4;
 
 /// The number of parts, between 1 and its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
