@@ -256,12 +256,12 @@ fn engine_contact(case: &Case, plan: &Plan) -> Option<Rapier> {
 }
 
 /// Parts as short as the sub-steps of an explicit net. A response of our own acts once a step, so a
-/// step with it has one part.
+/// step with it and a target has one part.
 fn most_parts(case: &Case, plan: &Plan) -> u32 {
-    match case.scene.solver.contact {
-        ContactModel::Rapier => (plan.step / case.safe_substep()).ceil().clamp(1.0, 4096.0) as u32,
-        ContactModel::Impulse | ContactModel::Penalty => 1,
+    if case.target.is_some() && case.scene.solver.contact != ContactModel::Rapier {
+        return 1;
     }
+    (plan.step / case.safe_substep()).ceil().clamp(1.0, 4096.0) as u32
 }
 
 /// Contacts answered after the engine has moved net and target without them: the impulse acts at

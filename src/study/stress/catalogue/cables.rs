@@ -104,8 +104,8 @@ fn snaps() -> [Hard; 3] {
             "the same with nothing in the cables that takes the energy away",
             with(net(6, 0.07, 0.03, 100.0, 0.05), json!({ "net": { "cable": { "damping_ratio": 0.0 } } })),
         )
-        .limited("explicit+impulse", EXPLICIT, &["solver.step_s=5e-6"])
-        .limited("explicit+penalty", EXPLICIT, &["solver.step_s=5e-6"]),
+        .limited("explicit+impulse", EXPLICIT, &["solver.step_s=2e-6"])
+        .limited("explicit+penalty", EXPLICIT, &["solver.step_s=2e-6"]),
         Hard::new(
             Theme::Snap,
             "chatter",
