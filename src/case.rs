@@ -4,7 +4,7 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::cables::explicit::{self, SAFE};
+use crate::cables::explicit::{self, RESOLVES, SAFE};
 use crate::contact::penalty::Penalty;
 use crate::limits::Limits;
 use crate::net::{self, Net};
@@ -130,6 +130,11 @@ impl Case {
         SAFE * explicit::stable_step(&self.net)
     }
 
+    /// A step that resolves the cables [s].
+    pub fn resolving_step(&self) -> f64 {
+        RESOLVES * explicit::stable_step(&self.net)
+    }
+
     /// Distance from which responses of our own watch a knot [m].
     pub fn reach(&self) -> f64 {
         reach(&self.scene, &self.net, self.target.as_ref())
@@ -149,7 +154,7 @@ impl Case {
 /// The pace of a scene: its own step where it names one, else one that suits it.
 fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
     let solver = &scene.solver;
-    let safe = SAFE * stable_step(scene, net, target);
+    let safe = safe_step(scene, net, target);
     let sample = scene.output.sample_s.0.min(scene.duration_s.0);
     let thin = thin_step(scene, target);
     match (solver.cables, solver.step_s) {
@@ -162,7 +167,7 @@ fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
         // gained on the free-floating Cubesat, over the launch energy: 3 at 0.5 ms, 0.2 at 0.2 ms,
         // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables.
         (CableModel::Joints, None) => {
-            let step = JOINTS_STEP.min(thin).min(safe).min(SAFE * explicit::stable_step(net));
+            let step = JOINTS_STEP.min(thin).min(safe).min(RESOLVES * explicit::stable_step(net));
             Pace { step, substeps: solver.substeps }
         }
         (CableModel::Explicit, step) => {
@@ -209,6 +214,16 @@ pub fn stable_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
         limit = limit.min(Penalty::new(net, &solver.penalty, None).stable_step(net, speed));
     }
     limit
+}
+
+/// Step at which the explicit parts of the method are stable together [s]; infinite without any.
+///
+/// Where a penalty force acts on knots that cables hold, their ω² add up: each has to stay well below its
+/// own limit.
+pub fn safe_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
+    let both = scene.solver.contact == ContactModel::Penalty && target.is_some();
+    let share = if both { SAFE * std::f64::consts::FRAC_1_SQRT_2 } else { SAFE };
+    share * stable_step(scene, net, target)
 }
 
 /// Speed of a contact, at most: a snap can double a knot's speed [m/s].

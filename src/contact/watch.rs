@@ -117,6 +117,8 @@ impl Watch {
                 tally: Tally::default(),
             });
         }
+        let planes = self.planes.iter().map(|plane| (plane.knot, plane.normal));
+        self.approach.saw_knots(&state.knots, body, reach, planes);
     }
 
     /// Answers the contacts of a (sub-)step of `step` seconds: changes velocities of knots and body.

@@ -261,7 +261,7 @@ fn most_parts(case: &Case, plan: &Plan) -> u32 {
     if case.target.is_some() && case.scene.solver.contact != ContactModel::Rapier {
         return 1;
     }
-    (plan.step / case.safe_substep()).ceil().clamp(1.0, 4096.0) as u32
+    (plan.step / case.resolving_step()).ceil().clamp(1.0, 4096.0) as u32
 }
 
 /// Contacts answered after the engine has moved net and target without them: the impulse acts at

@@ -7,7 +7,8 @@
 
 use nalgebra::Vector3;
 use parry3d::math::{Pose, Vector as ParryVector};
-use parry3d::query::details::intersection_test_support_map_support_map as meet;
+use parry3d::query::details::intersection_test_support_map_support_map_with_params as meet;
+use parry3d::query::gjk::VoronoiSimplex;
 use parry3d::shape::{Segment, SupportMap};
 
 use crate::cable::Cable;
@@ -53,19 +54,25 @@ impl Inside {
     /// Whether the line from `a` to `b`, in the body frame, meets a part.
     fn meets(&self, a: Vector3<f64>, b: Vector3<f64>) -> bool {
         // Bounds first: most cables are far from the target, and from most of its parts.
-        distance_to_line(&Vector3::zeros(), &a, &b) <= self.bounding_radius
+        to_line(&Vector3::zeros(), &a, &b).norm() <= self.bounding_radius
             && self.solids.iter().any(|solid| {
                 let centre = &solid.part.pose.translation.vector;
-                distance_to_line(centre, &a, &b) <= solid.reach
-                    && meet(&Pose::IDENTITY, solid, &Segment::new(parrys(&a), parrys(&b)))
+                let outwards = to_line(centre, &a, &b);
+                outwards.norm() <= solid.reach && {
+                    // Most cables are outside: the search for a gap begins where it is likely.
+                    let (line, first) = (Segment::new(parrys(&a), parrys(&b)), outwards.try_normalize(0.0));
+                    let first = first.as_ref().map(parrys);
+                    meet(&Pose::IDENTITY, solid, &line, &mut VoronoiSimplex::new(), first).0
+                }
             })
     }
 }
 
-fn distance_to_line(point: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+/// From `point` to the nearest point of the line from `a` to `b`.
+fn to_line(point: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
     let along = b - a;
     let share = (along.dot(&(point - a)) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    (a + share * along - point).norm()
+    a + share * along - point
 }
 
 fn parrys(v: &Vector3<f64>) -> ParryVector {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::schema::Scene;
-use crate::cables::explicit::{self, SAFE};
+use crate::cables::explicit::{self, RESOLVES};
 use crate::case::{self, Pace};
 use crate::closing::trigger::Trigger;
 use crate::effects::chaser;
@@ -145,7 +145,7 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
 /// them, and a step that makes energy is cut into as many parts.
 fn check_parts(scene: &Scene, net: &Net, step: f64, problems: &mut Problems) {
     let shortest = step / MAX_PARTS;
-    let stable = SAFE * explicit::stable_step(net);
+    let stable = RESOLVES * explicit::stable_step(net);
     if scene.solver.cables == CableModel::Joints && stable < shortest {
         problems.add(
             "solver.step_s",

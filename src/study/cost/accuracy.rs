@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::dials::{Kind, explicit_changes, two_digits};
 use super::{Measured, Study};
-use crate::cables::explicit::{SAFE, stable_step};
+use crate::cables::explicit::stable_step;
 use crate::case::{self, Case};
 use crate::provenance::Provenance;
 use crate::solver::{CableModel, ContactModel, Integrator};
@@ -212,7 +212,7 @@ impl Entry {
             // A stiff penalty may need a shorter step than the cables do.
             let mut scene = case.scene.clone();
             scene.solver.cables = CableModel::Explicit;
-            let safe = SAFE * case::stable_step(&scene, &case.net, case.target.as_ref());
+            let safe = case::safe_step(&scene, &case.net, case.target.as_ref());
             let wanted = self.value * stable_step(&case.net);
             let step = two_digits(if wanted > safe && case.target.is_some() { safe } else { wanted });
             let mut changes = explicit_changes(Integrator::Symplectic, step);
