@@ -10,33 +10,41 @@ use nalgebra::Vector3;
 
 use crate::state::{Body, Knots};
 
+/// A detection looks again at every knot that has used up this share of its way, so that fewer follow.
+const RENEW: f64 = 0.25;
+
 /// How far knots have moved since the last detection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Approach {
     reach: f64,
     bounding_radius: f64,
-    /// Every knot at the last detection; none before the first, and while net and target are apart.
+    /// How far a knot may come within the step [m].
+    thrown: f64,
+    /// Every knot; none before the first detection, and while net and target are apart.
     seen: Vec<Seen>,
+    /// Those last renewed; kept for its memory.
+    renewed: Vec<(usize, Vector3<f64>)>,
 }
 
-/// A knot at the last detection.
+/// A knot when it was last looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Seen {
     /// In the body frame [m].
     at: Vector3<f64>,
-    leash: Leash,
+    /// How far from there the surface is at least, but for what was found [m].
+    clear: f64,
+    found: Found,
 }
 
-/// How far a knot may move from where it was at the last detection.
+/// What was found near a knot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Leash {
-    /// As far from where it was as the surface was at least [m].
-    Clear(f64),
-    /// Half the reach along its plane of this normal in the body frame.
+enum Found {
+    Nothing,
+    /// A plane of this normal in the body frame: it holds while the knot moves along it by no more than
+    /// half the reach.
     Plane(Vector3<f64>),
-    /// Half the reach: it is near several parts, or cables at it may be near at other places than those
-    /// found.
-    Short,
+    /// Several, or cables at it: they hold while it moves by no more than half the reach.
+    Several,
 }
 
 /// What is to be done before a step.
@@ -53,10 +61,10 @@ pub enum Look {
 impl Approach {
     /// For detections that see as far as `reach` [m], around a target of `bounding_radius` [m].
     pub fn new(reach: f64, bounding_radius: f64) -> Approach {
-        Approach { reach, bounding_radius, seen: Vec::new() }
+        Approach { reach, bounding_radius, thrown: 0.0, seen: Vec::new(), renewed: Vec::new() }
     }
 
-    /// Before a step of `step` seconds. After `Due` one of `saw_knots` and `saw_cables` has to follow.
+    /// Before a step of `step` seconds. After `Due` a detection has to follow, with `renew` or `found_cables`.
     pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) -> Look {
         let speed_squared = |(x, v): (&Vector3<f64>, &Vector3<f64>)| {
             (v - body.velocity - body.rate.cross(&(x - body.position))).norm_squared()
@@ -64,50 +72,73 @@ impl Approach {
         let fastest =
             knots.position.iter().zip(&knots.velocity).map(speed_squared).fold(0.0, f64::max).sqrt();
         // A snap may double a knot's speed.
-        let thrown = 2.0 * step * fastest;
-        let reach = self.reach + thrown;
+        self.thrown = 2.0 * step * fastest;
+        let reach = self.reach + self.thrown;
         if knots.apart_from(body, self.bounding_radius + reach) {
             self.seen.clear();
             return Look::Apart;
         }
-        let strays = |(position, seen): (&Vector3<f64>, &Seen)| {
-            let moved = in_body(position, body) - seen.at;
-            match seen.leash {
-                Leash::Clear(clear) => moved.norm() + thrown > clear,
-                Leash::Plane(normal) => (moved - normal * normal.dot(&moved)).norm() > 0.5 * self.reach,
-                Leash::Short => moved.norm() > 0.5 * self.reach,
-            }
-        };
-        if self.seen.is_empty() || knots.position.iter().zip(&self.seen).any(strays) {
+        let mut seen = knots.position.iter().zip(&self.seen);
+        if self.seen.is_empty() || seen.any(|(x, seen)| self.used(seen, &in_body(x, body)) > 1.0) {
             return Look::Due(reach);
         }
         Look::Known
     }
 
-    /// Hears that a detection as far as `reach` [m] saw knots near planes of these normals in the body frame.
-    pub fn saw_knots(
-        &mut self,
-        knots: &Knots,
-        body: &Body,
-        reach: f64,
-        planes: impl Iterator<Item = (usize, Vector3<f64>)>,
-    ) {
-        self.seen.clear();
-        self.seen.extend(knots.position.iter().map(|position| {
-            let at = in_body(position, body);
-            // One that is far away may move by more.
-            Seen { at, leash: Leash::Clear(reach.max(at.norm() - self.bounding_radius)) }
-        }));
-        for (knot, normal) in planes {
-            let leash = &mut self.seen[knot].leash;
-            *leash = if matches!(leash, Leash::Clear(_)) { Leash::Plane(normal) } else { Leash::Short };
-        }
+    /// How much of the way that a knot may move before the next detection it has used up at `at` in the
+    /// body frame.
+    fn used(&self, seen: &Seen, at: &Vector3<f64>) -> f64 {
+        let moved = at - seen.at;
+        let free = moved.norm() / (seen.clear - self.thrown).max(0.0);
+        let held = match seen.found {
+            Found::Nothing => 0.0,
+            Found::Plane(normal) => (moved - normal * normal.dot(&moved)).norm() / (0.5 * self.reach),
+            Found::Several => moved.norm() / (0.5 * self.reach),
+        };
+        free.max(held)
     }
 
-    /// Hears that a detection saw the cables between `knots`.
-    pub fn saw_cables(&mut self, knots: &Knots, body: &Body) {
+    /// For a detection as far as `reach` [m]: the knots that have to be looked at again, and where they are
+    /// in the body frame. What was found of others stands.
+    pub fn renew(&mut self, knots: &Knots, body: &Body, reach: f64) -> &[(usize, Vector3<f64>)] {
+        self.renewed.clear();
+        let is_first = self.seen.is_empty();
+        for (knot, position) in knots.position.iter().enumerate() {
+            let at = in_body(position, body);
+            // One that is far away may move by more.
+            let clear = reach.max(at.norm() - self.bounding_radius);
+            let fresh = Seen { at, clear, found: Found::Nothing };
+            if is_first {
+                self.seen.push(fresh);
+            } else if self.used(&self.seen[knot], &at) > RENEW {
+                self.seen[knot] = fresh;
+            } else {
+                continue;
+            }
+            self.renewed.push((knot, at));
+        }
+        &self.renewed
+    }
+
+    /// Where a knot was when it was last looked at, in the body frame [m].
+    pub fn at(&self, knot: usize) -> Vector3<f64> {
+        self.seen[knot].at
+    }
+
+    /// Hears that the detection found a plane near a knot, of this normal in the body frame.
+    pub fn found(&mut self, knot: usize, normal: Vector3<f64>) {
+        if self.renewed.binary_search_by_key(&knot, |(renewed, _)| *renewed).is_err() {
+            return; // what was found of it stands
+        }
+        let found = &mut self.seen[knot].found;
+        *found = if *found == Found::Nothing { Found::Plane(normal) } else { Found::Several };
+    }
+
+    /// Hears that a detection found all cables near the target.
+    pub fn found_cables(&mut self, knots: &Knots, body: &Body) {
         self.seen.clear();
-        let seen = |position| Seen { at: in_body(position, body), leash: Leash::Short };
+        let seen =
+            |position| Seen { at: in_body(position, body), clear: f64::INFINITY, found: Found::Several };
         self.seen.extend(knots.position.iter().map(seen));
     }
 
@@ -149,7 +180,8 @@ mod tests {
             let time = f64::from(step) * STEP;
             let (knots, body) = (knot(time), wheel(rate, time));
             if let Look::Due(reach) = approach.look(&knots, &body, STEP) {
-                approach.saw_knots(&knots, &body, reach, [(0, Vector3::x())].into_iter());
+                approach.renew(&knots, &body, reach);
+                approach.found(0, Vector3::x());
                 n += 1;
             }
         }
@@ -167,12 +199,12 @@ mod tests {
     }
 
     #[test]
-    fn one_that_slides_is_looked_for_every_half_reach() {
+    fn one_that_slides_is_looked_for_every_half_reach_and_one_that_sinks_every_reach() {
         let sliding = |time: f64| one_knot(vector![1.0, 0.101 * time, 0.0], vector![0.0, 0.101, 0.0]);
         // 0.101 m in steps of 0.1 mm, with a detection after every 5 mm: 50 steps.
         assert_eq!(detections(&mut Approach::new(0.01, 1.0), sliding, 0.0), 20);
         let sinking = |time: f64| one_knot(vector![1.0 - 0.101 * time, 0.0, 0.0], vector![-0.101, 0.0, 0.0]);
-        assert_eq!(detections(&mut Approach::new(0.01, 1.0), sinking, 0.0), 1, "its plane stays");
+        assert_eq!(detections(&mut Approach::new(0.01, 1.0), sinking, 0.0), 10, "its plane stays");
     }
 
     /// Whatever its speed, a knot from afar is seen before it touches, and in few detections.
@@ -186,7 +218,10 @@ mod tests {
                     (one_knot(vector![x, 0.0, 0.0], vector![-speed, 0.0, 0.0]), wheel(0.0, 0.0));
                 if let Look::Due(reach) = approach.look(&knots, &body, STEP) {
                     found = x - 1.0 <= reach;
-                    approach.saw_knots(&knots, &body, reach, found.then(|| (0, Vector3::x())).into_iter());
+                    approach.renew(&knots, &body, reach);
+                    if found {
+                        approach.found(0, Vector3::x());
+                    }
                     n += 1;
                 }
                 x -= speed * STEP;

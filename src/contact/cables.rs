@@ -212,7 +212,7 @@ impl CableWatch {
         let knots = &state.knots;
         self.detector.detect(state, body, reach, &mut self.found);
         self.n_detections += 1;
-        self.approach.saw_cables(knots, body);
+        self.approach.found_cables(knots, body);
         let before = std::mem::take(&mut self.planes);
         let found = std::mem::take(&mut self.found);
         for contact in &found {

@@ -103,22 +103,21 @@ impl Watch {
     }
 
     fn detect(&mut self, state: &State, body: &Body, reach: f64) {
-        self.detector.detect(state, body, reach, &mut self.found);
+        let renewed = self.approach.renew(&state.knots, body, reach);
+        self.detector.detect(renewed, reach, &mut self.found);
         self.n_detections += 1;
         self.planes.clear();
         for contact in &self.found {
-            let from_centre = state.knots.position[contact.knot] - body.position;
+            self.approach.found(contact.knot, contact.normal);
             self.planes.push(Plane {
                 knot: contact.knot,
                 part: contact.part,
-                normal: body.attitude.inverse_transform_vector(&contact.normal),
-                height: contact.normal.dot(&from_centre) - contact.gap,
+                normal: contact.normal,
+                height: contact.normal.dot(&self.approach.at(contact.knot)) - contact.gap,
                 record: empty_record(contact.knot, contact.part),
                 tally: Tally::default(),
             });
         }
-        let planes = self.planes.iter().map(|plane| (plane.knot, plane.normal));
-        self.approach.saw_knots(&state.knots, body, reach, planes);
     }
 
     /// Answers the contacts of a (sub-)step of `step` seconds: changes velocities of knots and body.

@@ -1,6 +1,6 @@
 //! Contacts from the narrow phase, without dynamics; see [`crate::world::Detector`].
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::convert::{engines, engines_pose, engines_pose_of, real};
 use super::rapier::prelude::{
@@ -9,14 +9,13 @@ use super::rapier::prelude::{
 };
 use super::{KNOTS, TARGET, contact_collider, read_contacts, shapes};
 use crate::net::Net;
-use crate::state::{Body, Contact, State};
+use crate::state::{Body, Contact};
 use crate::target::Target;
 use crate::world::Setup;
 
-/// Colliders of knots and parts, moved to where they are and asked for contacts.
+/// Colliders of knots and parts in the body frame, asked for contacts.
 pub struct Detector {
     scan: Scan,
-    parts: Parts,
     knots: Vec<ColliderHandle>,
 }
 
@@ -24,19 +23,18 @@ impl Detector {
     /// Finds contacts of `net` with `target`.
     pub fn new(net: &Net, target: &Target) -> Detector {
         let mut scan = Scan::new();
-        let parts = Parts::insert(&mut scan, target, KNOTS);
+        Parts::insert(&mut scan, target, KNOTS);
         let ball = |knot: usize| ColliderBuilder::ball(real(net.radius[knot]));
         let knots = (0..net.n_knots()).map(|knot| scan.insert(ball(knot), KNOTS, TARGET, knot)).collect();
-        Detector { scan, parts, knots }
+        Detector { scan, knots }
     }
 
-    /// Contacts at the pose of `state` and `body` whose gap is at most `reach` [m], in the order of
-    /// knots and parts.
-    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
-        self.parts.place(&mut self.scan, body);
-        for (&handle, position) in self.knots.iter().zip(&state.knots.position) {
-            if let Some(collider) = self.scan.collider(handle) {
-                collider.set_translation(engines(position));
+    /// Contacts whose gap is at most `reach` [m], in the body frame and in the order of knots and parts; the
+    /// `renewed` knots are moved to new places in that frame. The engine looks at no other again.
+    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], reach: f64, contacts: &mut Vec<Contact>) {
+        for (knot, at) in renewed {
+            if let Some(collider) = self.scan.collider(self.knots[*knot]) {
+                collider.set_translation(engines(at));
             }
         }
         self.scan.run(reach);
@@ -107,11 +105,12 @@ impl Scan {
 pub struct Parts(Vec<(ColliderHandle, Isometry3<f64>)>);
 
 impl Parts {
-    /// Adds the parts of `target`, which see one group.
+    /// Adds the parts of `target`, which see one group, where they are in the body frame.
     pub fn insert(scan: &mut Scan, target: &Target, sees: Group) -> Parts {
         let parts = target.parts.iter().enumerate();
         let add = parts.map(|(index, part)| {
-            (scan.insert(ColliderBuilder::new(shapes::shape(part)), TARGET, sees, index), part.pose)
+            let shape = ColliderBuilder::new(shapes::shape(part)).position(engines_pose(&part.pose));
+            (scan.insert(shape, TARGET, sees, index), part.pose)
         });
         Parts(add.collect())
     }

@@ -186,9 +186,10 @@ impl Detector {
         })
     }
 
-    /// Contacts at the pose of `state` and `body`, in the order of knots and parts.
-    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
-        either!(Finder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
+    /// Contacts whose gap is at most `reach` [m], in the body frame and in the order of knots and parts; the
+    /// `renewed` knots are moved to new places in that frame [m]. The engine looks at no other again.
+    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], reach: f64, contacts: &mut Vec<Contact>) {
+        either!(Finder, &mut self.0, engine => engine.detect(renewed, reach, contacts));
     }
 
     /// Number of colliders.
