@@ -248,6 +248,16 @@ impl Pull for Pulling<'_> {
         self.each(|effect| effect.pulls(), &mut |effect| effect.pull(knots, step, touched));
     }
 
+    fn overran(&mut self, knots: &Knots) -> bool {
+        let mut overran = false;
+        self.each(|effect| effect.pulls(), &mut |effect| overran |= effect.overran(knots));
+        overran
+    }
+
+    fn take_back(&mut self) {
+        self.each(|effect| effect.pulls(), &mut |effect| effect.take_back());
+    }
+
     fn presses(&self) -> bool {
         self.presses
     }

@@ -10,6 +10,7 @@
 
 pub mod layouts;
 pub mod lock;
+mod pulled;
 pub mod thread;
 pub mod trigger;
 pub mod winch;
@@ -19,8 +20,14 @@ use nalgebra::Vector3;
 use crate::state::{Knots, Posting};
 use layouts::Route;
 use lock::Lock;
+use pulled::{Done, PulledKnots};
 use thread::{Effort, Node, Thread};
 use winch::{Drive, Tally, Winch};
+
+/// By how much a thread may be longer than what is off its reels below their largest tension, over its full
+/// length; where a step ends beyond that it is to be cut. With 5e-4 and 8e-4 the Cubesat's closing about z
+/// takes a tenth more and as long as without the bound, under which it ends at up to 3.1e-3.
+const EXCESS: f64 = 8e-4;
 
 /// Threads, winches and latches of a net.
 #[derive(Clone, Debug)]
@@ -28,19 +35,16 @@ pub struct Mechanism {
     lines: Vec<Line>,
     lock: Option<Lock>,
     inverse_mass: Vec<f64>,
-    /// Every knot that it may pull, once.
-    reached: Vec<usize>,
     runs: bool,
     effort: Effort,
 
-    /// Since they were last taken, for each reached knot: impulse [N s].
-    impulses: Vec<Vector3<f64>>,
-    /// Since it was last taken: what came in through the anchors.
+    pulled: PulledKnots,
+    /// What came in through the anchors since that was last accounted for.
     outside: Outside,
     /// Energy of the reels as last posted [J].
     stored_before: f64,
-    /// Velocities of the reached knots before the pull [m/s].
-    before: Vec<Vector3<f64>>,
+    /// As it was at the start of the step.
+    kept: Option<Kept>,
 }
 
 /// A thread and its winches.
@@ -49,11 +53,18 @@ pub struct Line {
     thread: Thread,
     winch: Winch,
     full_length: f64,
-    /// Largest tension since it was last read [N].
-    tension: f64,
     /// By how much it is longer than what is off its reels, at the start of the step or at its end if
     /// nothing pulled it [m].
     beyond: f64,
+}
+
+/// What a step changes, to be taken back.
+#[derive(Clone, Debug)]
+struct Kept {
+    winches: Vec<Winch>,
+    lock: Option<Lock>,
+    pulled: PulledKnots,
+    outside: Outside,
 }
 
 /// What came from outside of the net.
@@ -97,7 +108,6 @@ impl Line {
             thread: Thread::new(route.nodes.clone(), route.ends, friction).in_tube(floor),
             winch: Winch::new(drive, route.full_length),
             full_length: route.full_length,
-            tension: 0.0,
             beyond: 0.0,
         }
     }
@@ -116,11 +126,10 @@ impl Mechanism {
             inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
             runs: false,
             effort: Effort::WHOLE,
-            impulses: vec![Vector3::zeros(); reached.len()],
+            pulled: PulledKnots::new(reached),
             outside: Outside::default(),
             stored_before: 0.0,
-            before: Vec::with_capacity(reached.len()),
-            reached,
+            kept: None,
         }
     }
 
@@ -129,6 +138,7 @@ impl Mechanism {
     /// tether to the chaser.
     pub fn start(&mut self, knots: &Knots) {
         self.runs = true;
+        self.pulled.begin(knots);
         for line in &mut self.lines {
             let tether = line.thread.length_of_tether(knots);
             line.winch.run_free((line.full_length + tether).max(line.thread.length(knots)));
@@ -157,27 +167,72 @@ impl Mechanism {
         self.runs
     }
 
-    /// Pulls the knots for a step of `step` seconds, before they move, and marks those it pulled.
+    /// Keeps itself as it is at the start of a step, which may be taken back.
+    pub fn keep(&mut self) {
+        for line in &mut self.lines {
+            line.winch.excess = 0.0;
+        }
+        self.kept = self.runs.then(|| Kept {
+            winches: self.lines.iter().map(|line| line.winch).collect(),
+            lock: self.lock.clone(),
+            pulled: self.pulled.clone(),
+            outside: self.outside,
+        });
+    }
+
+    /// Takes back what it did since it was kept.
+    pub fn take_back(&mut self) {
+        let Some(kept) = self.kept.clone() else { return };
+        for (line, winch) in self.lines.iter_mut().zip(kept.winches) {
+            line.winch = winch;
+        }
+        self.lock = kept.lock;
+        self.pulled = kept.pulled;
+        self.outside = kept.outside;
+    }
+
+    /// Whether it left a thread too long since it was kept; `knots` are those at the end of the step.
+    pub fn overran(&mut self, knots: &Knots) -> bool {
+        self.settle(knots);
+        self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
+    }
+
+    /// Pulls the knots for a (sub-)step of `step` seconds, before they move, and marks those it pulled.
     pub fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
         if !self.runs {
             return;
         }
-        self.settle(knots);
-        self.before.clear();
-        self.before.extend(self.reached.iter().map(|&knot| knots.velocity[knot]));
-
         let inverse_mass = &self.inverse_mass;
-        for line in &mut self.lines {
-            line.thread.begin(knots, inverse_mass);
-            let length = line.thread.length(knots).max(line.thread.length_after(knots, step));
-            line.beyond = length - line.winch.length();
+        for Line { thread, winch, .. } in &mut self.lines {
+            thread.begin(knots, inverse_mass);
+            winch.wind(|| thread.length_at_start());
         }
         if let Some(lock) = &mut self.lock {
             lock.begin(knots, inverse_mass);
         }
-        for _ in 0..self.effort.sweeps {
+        self.pulled.before_pull(knots, step);
+
+        self.sweep(knots, step);
+
+        for Line { thread, winch, .. } in &mut self.lines {
+            winch.pulled(step, thread.impulse(), thread.length_at_end());
+            let outside = Outside::of(thread);
+            self.outside.impulse += outside.impulse;
+            self.outside.angular_impulse += outside.angular_impulse;
+        }
+        self.pulled.after_pull(knots, &self.inverse_mass, touched);
+    }
+
+    /// Threads and latches pull in turn, until none changes what the others left.
+    fn sweep(&mut self, knots: &mut Knots, step: f64) {
+        let inverse_mass = &self.inverse_mass;
+        for sweep in 0..self.effort.sweeps {
             let mut changed = false;
             for Line { thread, winch, beyond, .. } in &mut self.lines {
+                if sweep == 0 {
+                    let length = thread.length_at_start().max(thread.look_ahead(knots, step));
+                    *beyond = length - winch.length();
+                }
                 changed |= thread.pull(
                     knots,
                     inverse_mass,
@@ -193,50 +248,28 @@ impl Mechanism {
                 break;
             }
         }
-
-        for Line { thread, winch, tension, .. } in &mut self.lines {
-            winch.pulled(step, thread.impulse(), thread.length_after(knots, step));
-            *tension = tension.max(thread.impulse() / step);
-            let outside = Outside::of(thread);
-            self.outside.impulse += outside.impulse;
-            self.outside.angular_impulse += outside.angular_impulse;
-        }
-        for ((&knot, before), impulse) in self.reached.iter().zip(&self.before).zip(&mut self.impulses) {
-            let change = knots.velocity[knot] - before;
-            if change != Vector3::zeros() {
-                touched[knot] = true;
-                *impulse += change / inverse_mass[knot];
-            }
-        }
     }
 
-    /// Hears where the knots are after the step, and winds the threads in.
-    pub fn settle(&mut self, knots: &Knots) {
-        for line in &mut self.lines {
-            line.winch.wind(|| line.thread.length(knots));
+    /// Hears where the knots are after the (sub-)step, and winds the threads in.
+    fn settle(&mut self, knots: &Knots) {
+        for Line { thread, winch, .. } in &mut self.lines {
+            winch.wind(|| thread.length(knots));
         }
+        self.pulled.settle(knots);
     }
 
-    /// What it did since the last time, within a step from `before` to `after`.
-    ///
-    /// Work on the knots: Σ J · (v⁻ + v⁺) / 2 over their impulses J, exactly its share in the change
-    /// of their energy.
-    pub fn account(&mut self, before: &Knots, after: &Knots) -> Posting {
+    /// What it did since the last time; `after` are the knots as they are now.
+    pub fn account(&mut self, after: &Knots) -> Posting {
         if !self.runs {
             return Posting::default();
         }
         self.settle(after);
-        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
-        let mut posting = Posting { impulse, angular_impulse, ..Posting::default() };
-        for (&knot, impulse) in self.reached.iter().zip(&mut self.impulses) {
-            let impulse = std::mem::take(impulse);
-            posting.on_knots += 0.5 * impulse.dot(&(before.velocity[knot] + after.velocity[knot]));
-            posting.count += u64::from(impulse != Vector3::zeros());
-        }
+        let Done { work: on_knots, count } = self.pulled.take_done();
         // Reels speed up in every sub-step, not only here.
         let stored = self.stored();
-        posting.work = posting.on_knots + stored - std::mem::replace(&mut self.stored_before, stored);
-        posting
+        let work = on_knots + stored - std::mem::replace(&mut self.stored_before, stored);
+        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
+        Posting { work, on_knots, count, impulse, angular_impulse }
     }
 
     /// Every thread as it is in `knots`.
@@ -244,7 +277,7 @@ impl Mechanism {
         self.lines.iter_mut().map(|line| Reading {
             length: line.thread.length(knots),
             off_reels: line.winch.length(),
-            tension: std::mem::take(&mut line.tension),
+            tension: std::mem::take(&mut line.winch.tension),
         })
     }
 
@@ -326,7 +359,7 @@ mod tests {
             for (x, v) in self.knots.position.iter_mut().zip(&self.knots.velocity) {
                 *x += step * v;
             }
-            self.posted += self.mechanism.account(&before, &self.knots).work;
+            self.posted += self.mechanism.account(&self.knots).work;
         }
     }
 

@@ -141,9 +141,15 @@ pub struct Thread {
     /// Gradient, and pull per tension, of each distinct knot.
     sums: Vec<(Vector3<f64>, Vector3<f64>)>,
     inverse_mass: f64,
+    length_at_start: f64,
+
+    /// Length at the end of the step if nothing more pulls, once that was asked for and until it is used.
+    ahead: Option<f64>,
 
     // Written by `pull`.
     impulse: f64,
+    /// Length at the end of the step, as far as this thread decides it [m].
+    length_at_end: f64,
     /// Whether no segment was short in the last pass: then none depends on another.
     all_long: bool,
 }
@@ -186,7 +192,10 @@ impl Thread {
             sums: vec![Default::default(); distinct.len()],
             distinct,
             inverse_mass: 0.0,
+            length_at_start: 0.0,
+            ahead: None,
             impulse: 0.0,
+            length_at_end: 0.0,
             all_long: false,
         }
     }
@@ -229,6 +238,21 @@ impl Thread {
         }
     }
 
+    /// Its length when the step began [m].
+    pub fn length_at_start(&self) -> f64 {
+        self.length_at_start
+    }
+
+    /// Its length at the end of the step, as far as its own pull decides it [m].
+    pub fn length_at_end(&self) -> f64 {
+        self.length_at_end
+    }
+
+    /// Its length at the end of the step if nothing more pulled it [m].
+    pub fn look_ahead(&mut self, knots: &Knots, step: f64) -> f64 {
+        *self.ahead.insert(self.length_after(knots, step))
+    }
+
     /// Its pull within the step so far [N s].
     pub fn impulse(&self) -> f64 {
         self.impulse
@@ -248,6 +272,8 @@ impl Thread {
     /// Begins a step: takes the geometry as it is, with no pull yet.
     pub fn begin(&mut self, knots: &Knots, inverse_mass: &[f64]) {
         self.impulse = 0.0;
+        self.ahead = None;
+        self.length_at_start = 0.0;
         let mut from = self.position(0, knots);
         for i in 0..self.segments.len() {
             let to = self.position(i + 1, knots);
@@ -255,8 +281,10 @@ impl Thread {
             let length = across.norm();
             let along = if length > 0.0 { across / length } else { Vector3::zeros() };
             self.segments[i] = Segment { length, along, share: 1.0, pull: Vector3::zeros() };
+            self.length_at_start += length;
             from = to;
         }
+        self.length_at_end = self.length_at_start;
         if self.friction > 0.0 {
             self.share_tension();
         }
@@ -316,13 +344,16 @@ impl Thread {
         }
         let mut settled = false;
         for _ in 0..effort.passes {
-            let length = self.length_after(knots, step);
+            let length = self.ahead.take().unwrap_or_else(|| self.length_after(knots, step));
             let impulse = ask.solve(length, self.impulse, self.inverse_mass, step);
             let tolerance = effort.tolerance * impulse;
+            self.length_at_end = length;
             if settled && (impulse - self.impulse).abs() <= tolerance {
                 break;
             }
             let change = self.apply(knots, inverse_mass, step, impulse);
+            // Exact but for the curvature, and for what short segments do.
+            self.length_at_end -= step * self.inverse_mass * (impulse - self.impulse);
             self.impulse = impulse;
             changed |= change > tolerance;
             settled = change <= tolerance || self.all_long;
@@ -369,7 +400,7 @@ impl Thread {
             };
             let change = pull - segment.pull;
             if change != Vector3::zeros() {
-                largest = largest.max(change.norm());
+                largest = largest.max(change.norm_squared());
                 if let Node::Knot(knot) = a {
                     knots.velocity[knot] += inverse_a * change;
                 }
@@ -379,7 +410,7 @@ impl Thread {
                 self.segments[i].pull = pull;
             }
         }
-        largest
+        largest.sqrt()
     }
 
     /// S(x + h v): its length after `step` seconds if nothing changes the velocities [m].

@@ -63,7 +63,7 @@ pub struct Drive {
 }
 
 /// The winches of one thread.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Winch {
     drive: Drive,
     /// Length off the reels [m].
@@ -76,6 +76,10 @@ pub struct Winch {
     resistance: f64,
     /// The step under way, until its outcome is known.
     asked: Option<Asked>,
+    /// Largest tension since it was last read [N].
+    pub tension: f64,
+    /// As in the tally, since it was last set to nothing [m].
+    pub excess: f64,
     /// What it has done.
     pub tally: Tally,
 }
@@ -114,6 +118,8 @@ impl Winch {
             speed: if drive.reel_mass > 0.0 { 0.0 } else { drive.speed },
             resistance: 0.0,
             asked: None,
+            tension: 0.0,
+            excess: 0.0,
             tally: Tally::default(),
         }
     }
@@ -160,6 +166,7 @@ impl Winch {
 
     /// Hears what the thread did: its impulse, and its length ahead as far as that decides it.
     pub fn pulled(&mut self, step: f64, impulse: f64, length_ahead: f64) {
+        self.tension = self.tension.max(impulse / step);
         self.asked = Some(Asked { shortest: self.shortest(step), step, impulse, length_ahead });
     }
 
@@ -185,6 +192,7 @@ impl Winch {
             self.tally.drag = self.tally.drag.max(beyond);
         } else {
             self.tally.excess = self.tally.excess.max(beyond);
+            self.excess = self.excess.max(beyond);
         }
         let met = (length_now - length_ahead) / step;
         self.resistance =

@@ -183,6 +183,15 @@ impl Effect for Active {
             self.triggered = Some(state.time);
             self.length_start = self.mechanism.length();
         }
+        self.mechanism.keep();
+    }
+
+    fn take_back(&mut self) {
+        self.mechanism.take_back();
+    }
+
+    fn overran(&mut self, knots: &Knots) -> bool {
+        self.mechanism.overran(knots)
     }
 
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
@@ -193,8 +202,8 @@ impl Effect for Active {
         self.mechanism.stored()
     }
 
-    fn account(&mut self, before: &State, after: &State) -> Posting {
-        let mut posting = self.mechanism.account(&before.knots, &after.knots);
+    fn account(&mut self, _before: &State, after: &State) -> Posting {
+        let mut posting = self.mechanism.account(&after.knots);
         self.passed_on += posting.work;
         if self.has_chaser {
             self.from_chaser = Outside {

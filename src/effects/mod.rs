@@ -91,8 +91,17 @@ pub trait Effect: Send {
     fn watch(&mut self, _state: &State) {}
 
     /// Changes velocities of knots before these move for `step` seconds, and marks those it changed; called
-    /// once a step. The cable model may spread the change over its sub-steps.
+    /// in every part of a step: in every sub-step of explicit cables.
     fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
+
+    /// Whether its pulls within the step ended so far off that the step is to be cut into shorter parts;
+    /// `knots` are those at its end.
+    fn overran(&mut self, _knots: &Knots) -> bool {
+        false
+    }
+
+    /// Takes back its pulls since `watch`: the step is done again.
+    fn take_back(&mut self) {}
 
     /// Whether it answers contacts, of net and target or of the net with itself; one that does not is
     /// not called for that.

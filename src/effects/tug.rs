@@ -106,14 +106,23 @@ impl Effect for Active {
             Some(start) if state.time >= start + self.parameters.time_s.0 => self.mechanism.stop(),
             _ => {}
         }
+        self.mechanism.keep();
+    }
+
+    fn take_back(&mut self) {
+        self.mechanism.take_back();
+    }
+
+    fn overran(&mut self, knots: &Knots) -> bool {
+        self.mechanism.overran(knots)
     }
 
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
         self.mechanism.pull(knots, step, touched);
     }
 
-    fn account(&mut self, before: &State, after: &State) -> Posting {
-        self.mechanism.account(&before.knots, &after.knots)
+    fn account(&mut self, _before: &State, after: &State) -> Posting {
+        self.mechanism.account(&after.knots)
     }
 
     fn tug(&self) -> Option<[f64; 2]> {

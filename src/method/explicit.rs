@@ -69,11 +69,8 @@ impl ExplicitMethod {
         self.net.load(&state.knots, &state.loads.on_knots);
         for _ in 0..self.n_substeps {
             self.net.kick(self.substep);
-            if pull.pulls() {
+            if pull.pulls() || pull.presses() {
                 self.pull(state, pull);
-            }
-            if pull.presses() {
-                self.press(state, pull);
             }
             if let Some(body) = &mut state.target {
                 if let Some(watch) = &mut self.watch {
@@ -100,23 +97,17 @@ impl ExplicitMethod {
         Ok(())
     }
 
-    /// Threads pull sub-step by sub-step. As impulses of two sub-steps at a time they put 8 to 10 % of the
-    /// launch energy into the cables, of ten 64 %; as forces held over ten they turn with their
-    /// segments too late, and a quarter of the angular momentum is lost.
+    /// Threads pull and contacts press sub-step by sub-step. As impulses of two sub-steps at a time threads
+    /// put 8 to 10 % of the launch energy into the cables, of ten 64 %; as forces held over ten they turn with
+    /// their segments too late, and a quarter of the angular momentum is lost.
     fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) {
         self.net.store(&mut state.knots);
-        pull.pull(&mut state.knots, self.substep, &mut self.touched);
-        self.take_velocities(state);
-    }
-
-    /// Contacts act sub-step by sub-step.
-    fn press(&mut self, state: &mut State, pull: &mut dyn Pull) {
-        self.net.store(&mut state.knots);
-        pull.press(&mut state.knots, &mut state.target, self.substep, &mut self.touched);
-        self.take_velocities(state);
-    }
-
-    fn take_velocities(&mut self, state: &State) {
+        if pull.pulls() {
+            pull.pull(&mut state.knots, self.substep, &mut self.touched);
+        }
+        if pull.presses() {
+            pull.press(&mut state.knots, &mut state.target, self.substep, &mut self.touched);
+        }
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
                 self.net.set_velocity(knot, &state.knots.velocity[knot]);

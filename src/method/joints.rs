@@ -31,17 +31,24 @@ pub struct JointsMethod {
     inverse_mass: Vec<f64>,
     /// Parts of a step.
     parts: Parts,
-    /// What effects changed in this step: knot and change of velocity [m/s].
-    pulled: Vec<(usize, Vector3<f64>)>,
-    /// The same for the target: of its velocity [m/s] and its rate [rad/s], if they changed.
-    pulled_target: Option<(Vector3<f64>, Vector3<f64>)>,
-    has_pulled: bool,
+    pressed: Pressed,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
-    /// Knots whose velocity an effect changed in this step.
+    /// Knots whose velocity an effect changed, and the velocities before [m/s].
     touched: Vec<bool>,
+    unpulled: Vec<Vector3<f64>>,
     step: f64,
     substeps: u32,
+}
+
+/// What contacts of effects changed in a step.
+#[derive(Default)]
+struct Pressed {
+    is_known: bool,
+    /// Knot and change of velocity [m/s].
+    knots: Vec<(usize, Vector3<f64>)>,
+    /// Changes of the target's velocity [m/s] and rate [rad/s], if it was changed.
+    target: Option<(Vector3<f64>, Vector3<f64>)>,
 }
 
 impl JointsMethod {
@@ -56,11 +63,10 @@ impl JointsMethod {
             flight: (case.scene.solver.flight == Flight::Explicit).then(|| ExplicitMethod::flight(case)),
             inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
             parts: Parts::new(most_parts(case, plan)),
-            pulled: Vec::new(),
-            pulled_target: None,
-            has_pulled: false,
+            pressed: Pressed::default(),
             starts: Default::default(),
             touched: vec![false; case.net.n_knots()],
+            unpulled: Vec::new(),
             step: plan.step,
             substeps: plan.substeps,
             world,
@@ -93,16 +99,17 @@ impl JointsMethod {
         self.starts[0].clone_from(state);
         let energy = self.cables.energy(&state.knots);
         self.parts.start(energy);
-        self.has_pulled = false;
-        self.pulled_target = None;
+        self.pressed.is_known = false;
         loop {
             let gain = self.in_parts(before, state, work, pull, &mut clock)? - energy;
-            if self.parts.hear(gain, energy + gain) {
+            let overran = self.parts.may_cut() && pull.overran(&state.knots);
+            if self.parts.hear(gain, energy + gain, overran) {
                 break;
             }
-            // Cables made energy: back to the start, and on in more parts.
+            // Cables made energy, or threads are too long: back to the start, and on in more parts.
             state.clone_from(&self.starts[0]);
             self.world.write(state);
+            pull.take_back();
         }
         if let Some(watch) = &mut self.watch {
             answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
@@ -142,16 +149,20 @@ impl JointsMethod {
         for part in 0..n_parts {
             // Snaps before the world moves: its implicit rows would swallow them.
             self.cables.prepare(state, step, &mut self.world);
-            if part == 0 {
-                // Threads last before the world moves: nothing but its rows then spoils their length.
-                put_in += self.pull(state, pull);
-                if self.pulled_target.is_some() {
+            if part > 0 {
+                self.starts[1].clone_from(state);
+            }
+            // Threads last before the world moves: nothing but its rows then spoils their length.
+            if pull.pulls() {
+                put_in += self.pull(state, step, pull);
+            }
+            if part == 0 && pull.presses() {
+                put_in += self.press(state, pull);
+                if self.pressed.target.is_some() {
                     // What the engine's contacts do to the target begins after that.
                     self.starts[1].clone_from(before);
                     self.starts[1].target = state.target;
                 }
-            } else {
-                self.starts[1].clone_from(state);
             }
             failure::check(state, "cables")?;
             clock.lap(&mut work.stages.cables);
@@ -167,7 +178,7 @@ impl JointsMethod {
 
             if let Some(rapier) = &mut self.rapier {
                 let n_before = state.contacts.len();
-                let is_before = part == 0 && self.pulled_target.is_none();
+                let is_before = part == 0 && self.pressed.target.is_none();
                 let start = if is_before { before } else { &self.starts[1] };
                 rapier.observe(&mut self.world, start, state, step);
                 put_in += state.contacts[n_before..].iter().map(|contact| contact.work_on_knot).sum::<f64>();
@@ -185,40 +196,51 @@ impl JointsMethod {
         Ok(self.cables.energy(&state.knots) - put_in)
     }
 
-    /// Effects change velocities, once a step: when it is done again, by as much. Their work [J].
-    fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) -> f64 {
-        if !pull.pulls() && !pull.presses() {
-            return 0.0;
+    /// Threads pull in every part. Their work [J].
+    fn pull(&mut self, state: &mut State, step: f64, pull: &mut dyn Pull) -> f64 {
+        self.unpulled.clone_from(&state.knots.velocity);
+        pull.pull(&mut state.knots, step, &mut self.touched);
+        let mut work = 0.0;
+        for (knot, touched) in self.touched.iter_mut().enumerate() {
+            if std::mem::take(touched) {
+                let (old, new) = (&self.unpulled[knot], &state.knots.velocity[knot]);
+                work += 0.5 * (new - old).dot(&(old + new)) / self.inverse_mass[knot];
+                self.world.set_velocity(knot, new);
+            }
         }
-        if !self.has_pulled {
-            self.has_pulled = true;
-            self.pulled.clear();
-            let mut pulled = std::mem::take(&mut self.starts[1].knots);
-            pulled.clone_from(&state.knots);
-            let mut target = state.target;
-            pull.pull(&mut pulled, self.step, &mut self.touched);
-            pull.press(&mut pulled, &mut target, self.step, &mut self.touched);
-            self.pulled_target = match (state.target, target) {
-                (Some(old), Some(new)) if old != new => {
-                    Some((new.velocity - old.velocity, new.rate - old.rate))
-                }
-                _ => None,
+        work
+    }
+
+    /// Contacts of effects press once a step: when it is done again, by as much. Their work [J].
+    fn press(&mut self, state: &mut State, pull: &mut dyn Pull) -> f64 {
+        if !self.pressed.is_known {
+            let (mut knots, mut target) = (state.knots.clone(), state.target);
+            pull.press(&mut knots, &mut target, self.step, &mut self.touched);
+            self.pressed = Pressed {
+                is_known: true,
+                knots: std::mem::take(&mut self.pressed.knots),
+                target: match (state.target, target) {
+                    (Some(old), Some(new)) if old != new => {
+                        Some((new.velocity - old.velocity, new.rate - old.rate))
+                    }
+                    _ => None,
+                },
             };
+            self.pressed.knots.clear();
             for (knot, touched) in self.touched.iter_mut().enumerate() {
                 if std::mem::take(touched) {
-                    self.pulled.push((knot, pulled.velocity[knot] - state.knots.velocity[knot]));
+                    self.pressed.knots.push((knot, knots.velocity[knot] - state.knots.velocity[knot]));
                 }
             }
-            self.starts[1].knots = pulled;
         }
         let mut work = 0.0;
-        for &(knot, change) in &self.pulled {
+        for &(knot, change) in &self.pressed.knots {
             let velocity = &mut state.knots.velocity[knot];
             work += change.dot(&(*velocity + 0.5 * change)) / self.inverse_mass[knot];
             *velocity += change;
             self.world.set_velocity(knot, velocity);
         }
-        if let (Some(body), Some((velocity, rate))) = (&mut state.target, self.pulled_target) {
+        if let (Some(body), Some((velocity, rate))) = (&mut state.target, self.pressed.target) {
             body.velocity += velocity;
             body.rate += rate;
             self.world.set_target(body);

@@ -82,8 +82,15 @@ pub trait Pull {
     /// Whether anything pulls.
     fn pulls(&self) -> bool;
 
-    /// Threads change velocities of `knots` for the coming step of `step` seconds, and mark the knots.
+    /// Threads change velocities of `knots` for the coming part of a step, of `step` seconds, and mark the
+    /// knots.
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
+
+    /// Whether they ended so far off that the step is to be cut; `knots` are those at its end.
+    fn overran(&mut self, knots: &Knots) -> bool;
+
+    /// Threads take back what they did within the step.
+    fn take_back(&mut self);
 
     /// Whether anything presses.
     fn presses(&self) -> bool;

@@ -1,4 +1,5 @@
-//! Into how many parts a step is cut: one, and more where its cables would make energy.
+//! Into how many parts a step is cut: one, and more where its cables would make energy, or a jerk within
+//! it would lengthen a thread beyond its reels.
 //!
 //! Sweeps alone do not save a step that is long against the cables' own period: rows that did not
 //! converge leave stretch, stretch of a stiff cable is energy, and the next step turns a part of it
@@ -35,11 +36,17 @@ impl Parts {
         self.now
     }
 
-    /// Hears that cables made `gain` of energy in a step that ended with `energy` in the net [J].
-    /// Whether that will do; if not, the step is to be done again in the parts that are now asked for.
-    pub fn hear(&mut self, gain: f64, energy: f64) -> bool {
+    /// Whether steps may be cut at all.
+    pub fn may_cut(&self) -> bool {
+        self.most > 1
+    }
+
+    /// Hears that cables made `gain` of energy in a step that ended with `energy` in the net [J], and
+    /// whether threads `overran` in it. Whether that will do; if not, the step is to be done again in the
+    /// parts that are now asked for.
+    pub fn hear(&mut self, gain: f64, energy: f64, overran: bool) -> bool {
         // A gain that is no number will not do either.
-        let too_much = gain.is_nan() || gain > TOLERANCE * self.scale;
+        let too_much = overran || gain.is_nan() || gain > TOLERANCE * self.scale;
         if too_much && self.now < self.most {
             self.now = (2 * self.now).min(self.most);
             return false;
@@ -64,14 +71,16 @@ mod tests {
         let mut parts = Parts::new(24);
         parts.start(1.0);
         let mut asked = vec![parts.now()];
-        while !parts.hear(1e-3, 1.001) {
+        while !parts.hear(1e-3, 1.001, false) {
             asked.push(parts.now());
         }
         assert_eq!(asked, [1, 2, 4, 8, 16, 24], "at the bound it has to do");
         for _ in 0..40 {
-            assert!(parts.hear(0.0, 1.0));
+            assert!(parts.hear(0.0, 1.0, false));
         }
         assert_eq!(parts.now(), 1);
-        assert!(!parts.hear(f64::NAN, f64::NAN), "what is not a number will not do");
+        assert!(!parts.hear(0.0, 1.0, true), "threads");
+        assert_eq!(parts.now(), 2);
+        assert!(!parts.hear(f64::NAN, f64::NAN, false), "what is not a number will not do");
     }
 }
