@@ -244,6 +244,13 @@ impl Pull for Pulling<'_> {
         self.pulls
     }
 
+    fn reach(&self, knots: &mut Vec<usize>) {
+        knots.clear();
+        for effect in &*self.effects {
+            effect.reach(knots);
+        }
+    }
+
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
         self.each(|effect| effect.pulls(), &mut |effect| effect.pull(knots, step, touched));
     }

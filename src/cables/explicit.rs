@@ -123,11 +123,14 @@ impl ExplicitNet {
 
     /// Hands positions and velocities over to `knots`.
     pub fn store(&self, knots: &mut Knots) {
-        for (knot, &at) in self.place.iter().enumerate() {
-            for axis in 0..3 {
-                knots.position[knot][axis] = self.position[axis][at];
-                knots.velocity[knot][axis] = self.velocity[axis][at];
-            }
+        self.store_some(knots, 0..self.place.len());
+    }
+
+    /// The same of some of the knots.
+    pub fn store_some(&self, knots: &mut Knots, which: impl Iterator<Item = usize>) {
+        for knot in which {
+            knots.position[knot] = self.position(knot);
+            knots.velocity[knot] = self.velocity(knot);
         }
     }
 

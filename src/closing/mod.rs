@@ -167,6 +167,11 @@ impl Mechanism {
         self.runs
     }
 
+    /// The knots that it may pull while it runs.
+    pub fn reach(&self) -> impl Iterator<Item = usize> {
+        self.pulled.knots().filter(|_| self.runs)
+    }
+
     /// Keeps itself as it is at the start of a step, which may be taken back.
     pub fn keep(&mut self) {
         for line in &mut self.lines {

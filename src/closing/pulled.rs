@@ -48,6 +48,11 @@ impl PulledKnots {
         PulledKnots { knots: knots.into_iter().map(pulled).collect(), open: None, done: Done::default() }
     }
 
+    /// The knots.
+    pub fn knots(&self) -> impl Iterator<Item = usize> {
+        self.knots.iter().map(|pulled| pulled.knot)
+    }
+
     /// Hears how fast they are before the first pull.
     pub fn begin(&mut self, knots: &Knots) {
         for pulled in &mut self.knots {

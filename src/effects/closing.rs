@@ -186,6 +186,10 @@ impl Effect for Active {
         self.mechanism.keep();
     }
 
+    fn reach(&self, knots: &mut Vec<usize>) {
+        knots.extend(self.mechanism.reach());
+    }
+
     fn take_back(&mut self) {
         self.mechanism.take_back();
     }

@@ -90,6 +90,9 @@ pub trait Effect: Send {
     /// Hears the state at the start of a step, before it pulls.
     fn watch(&mut self, _state: &State) {}
 
+    /// Adds the knots that it may pull within the step; it reads no other.
+    fn reach(&self, _knots: &mut Vec<usize>) {}
+
     /// Changes velocities of knots before these move for `step` seconds, and marks those it changed; called
     /// in every part of a step: in every sub-step of explicit cables.
     fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}

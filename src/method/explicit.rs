@@ -18,7 +18,8 @@ pub struct ExplicitMethod {
     net: ExplicitNet,
     motion: Option<RigidMotion>,
     watch: Option<Watch>,
-    /// Knots whose velocity an effect changed in this sub-step.
+    /// Knots that effects may reach in this step, and whether one changed their velocity in this sub-step.
+    reached: Vec<usize>,
     touched: Vec<bool>,
     substep: f64,
     n_substeps: u32,
@@ -45,6 +46,7 @@ impl ExplicitMethod {
             net: ExplicitNet::new(&case.net, solver.integrator, solver.tolerance_m.0),
             motion: case.target.as_ref().map(RigidMotion::of),
             watch: None,
+            reached: Vec::new(),
             touched: vec![false; case.net.n_knots()],
             substep: step / f64::from(n_substeps),
             n_substeps,
@@ -66,10 +68,16 @@ impl ExplicitMethod {
         }
         clock.lap(&mut work.stages.contact);
 
+        if pull.presses() {
+            self.reached.clear();
+            self.reached.extend(0..state.knots.position.len());
+        } else {
+            pull.reach(&mut self.reached);
+        }
         self.net.load(&state.knots, &state.loads.on_knots);
         for _ in 0..self.n_substeps {
             self.net.kick(self.substep);
-            if pull.pulls() || pull.presses() {
+            if !self.reached.is_empty() {
                 self.pull(state, pull);
             }
             if let Some(body) = &mut state.target {
@@ -101,15 +109,15 @@ impl ExplicitMethod {
     /// put 8 to 10 % of the launch energy into the cables, of ten 64 %; as forces held over ten they turn with
     /// their segments too late, and a quarter of the angular momentum is lost.
     fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) {
-        self.net.store(&mut state.knots);
+        self.net.store_some(&mut state.knots, self.reached.iter().copied());
         if pull.pulls() {
             pull.pull(&mut state.knots, self.substep, &mut self.touched);
         }
         if pull.presses() {
             pull.press(&mut state.knots, &mut state.target, self.substep, &mut self.touched);
         }
-        for (knot, touched) in self.touched.iter_mut().enumerate() {
-            if std::mem::take(touched) {
+        for &knot in &self.reached {
+            if std::mem::take(&mut self.touched[knot]) {
                 self.net.set_velocity(knot, &state.knots.velocity[knot]);
             }
         }

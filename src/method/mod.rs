@@ -82,6 +82,9 @@ pub trait Pull {
     /// Whether anything pulls.
     fn pulls(&self) -> bool;
 
+    /// The knots that threads may pull within the step; they read no other.
+    fn reach(&self, knots: &mut Vec<usize>);
+
     /// Threads change velocities of `knots` for the coming part of a step, of `step` seconds, and mark the
     /// knots.
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
