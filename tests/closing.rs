@@ -87,7 +87,6 @@ fn a_row_of_free_knots_closes_as_the_closed_form_says() {
         let n_steps = if n == 2 { 300 } else { 500 };
         let mut wound_before = 0.0;
         for i in 1..=n_steps {
-            let before = knots.clone();
             mechanism.pull(&mut knots, step, &mut vec![false; n]);
             for (x, v) in knots.position.iter_mut().zip(&knots.velocity) {
                 *x += step * v;

@@ -30,7 +30,15 @@ impl Pull for Nothing {
         false
     }
 
+    fn reach(&self, _knots: &mut Vec<usize>) {}
+
     fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
+
+    fn overran(&mut self, _knots: &Knots) -> bool {
+        false
+    }
+
+    fn take_back(&mut self) {}
 
     fn presses(&self) -> bool {
         false
