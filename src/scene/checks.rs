@@ -1,7 +1,5 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
-use nalgebra::Vector3;
-
 use super::schema::Scene;
 use crate::cables::explicit::{self, RESOLVES};
 use crate::case::{self, Pace};
@@ -157,30 +155,6 @@ fn check_parts(scene: &Scene, net: &Net, step: f64, problems: &mut Problems) {
     }
 }
 
-/// Checks that no knot starts inside the target: contact would push it out by force, with energy from
-/// nowhere.
-fn check_start(net: &Net, target: &Target, problems: &mut Problems) {
-    let inside = |knot: &&Vector3<f64>| {
-        let from_centre = **knot - target.position;
-        // Most knots are out of reach, and a net has many.
-        from_centre.norm() <= target.bounding_radius && {
-            let point = target.attitude.inverse_transform_vector(&from_centre);
-            target.parts.iter().any(|part| part.contains(&point))
-        }
-    };
-    let n_inside = net.folded.iter().filter(inside).count();
-    if n_inside > 0 {
-        problems.add(
-            "target.distance_m",
-            format!(
-                "{}, where {n_inside} knots of the folded net start inside the target",
-                target.position.x
-            ),
-            "a target clear of the folded net",
-        );
-    }
-}
-
 /// Checks what net and target allow the solver, which steps at `pace`.
 pub fn check_built(
     scene: &Scene,
@@ -213,7 +187,6 @@ pub fn check_built(
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     check_parts(scene, net, step, problems);
     let Some(target) = target else { return };
-    check_start(net, target, problems);
     let turn = target.spin.norm() * step;
     if target.motion != Motion::Fixed && turn > MAX_TURN {
         problems.add(

@@ -77,9 +77,6 @@ pub struct Hard {
     pub start: Option<fn(&mut Case)>,
     /// What must hold.
     pub bounds: Numbers,
-    /// Static tension in every cable whose strain the strain is measured against [N]; without, the
-    /// strain of the one cable that takes all energy there is.
-    pub static_tension_n: Option<f64>,
     /// Whether it must hold at half the step, too.
     pub halves: bool,
     /// Places where the checks may refuse it.
@@ -123,7 +120,6 @@ impl Hard {
             times_step: 1.0,
             start: None,
             bounds: Numbers::BOUNDS,
-            static_tension_n: None,
             halves: true,
             refusals: Vec::new(),
             limits: Vec::new(),
@@ -157,13 +153,6 @@ impl Hard {
     /// Refused by the checks at one of `places`, or else it must hold.
     pub fn may_be_refused_at(mut self, places: &[&'static str]) -> Hard {
         self.refusals.extend(places);
-        self
-    }
-
-    /// With a known static answer: strains at most `factor` times that of `tension` [N].
-    pub fn with_static_tension(mut self, tension: f64, factor: f64) -> Hard {
-        self.static_tension_n = Some(tension);
-        self.bounds.strain = Some(factor);
         self
     }
 

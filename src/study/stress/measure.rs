@@ -88,9 +88,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Runs `case`. Strains are measured against that of `static_tension` [N] in every cable; without,
-    /// against that of one cable which takes all energy there is.
-    pub fn of(case: &Case, static_tension: Option<f64>) -> Measured {
+    /// Runs `case`. Strains are measured against that of one cable which takes all energy there is.
+    pub fn of(case: &Case) -> Measured {
         let started = Instant::now();
         let mut simulation = Simulation::new(case);
         let mut gauge = Gauge::new(case, &simulation);
@@ -104,7 +103,7 @@ impl Measured {
         }
         Measured {
             failure,
-            numbers: gauge.numbers(case, static_tension),
+            numbers: gauge.numbers(case),
             step_s: case.scene.solver.step_s.map_or(case.pace.step, |step| step.0),
             steps: simulation.work.substeps,
             contacts: simulation.work.contacts,
@@ -129,7 +128,8 @@ impl Measured {
 
 /// Largest values so far.
 struct Gauge {
-    parts: Vec<Thickness>,
+    /// Thickness of each part [m].
+    parts: Vec<f64>,
     start_momentum: Vector3<f64>,
     start_angular_momentum: Vector3<f64>,
     centre: Vector3<f64>,
@@ -147,9 +147,6 @@ struct Gauge {
     last: State,
 }
 
-/// A part's thickness [m].
-struct Thickness(f64);
-
 impl Gauge {
     fn new(case: &Case, simulation: &Simulation) -> Gauge {
         let state = &simulation.state;
@@ -159,7 +156,7 @@ impl Gauge {
         let parts = target.map_or(&[][..], |target| &target.parts);
         let angular = simulation.books.angular_momentum(state) - centre.cross(&start_momentum);
         let mut gauge = Gauge {
-            parts: parts.iter().map(|part| Thickness(part.primitive.thickness())).collect(),
+            parts: parts.iter().map(|part| part.primitive.thickness()).collect(),
             start_momentum,
             start_angular_momentum: angular,
             centre,
@@ -230,7 +227,7 @@ impl Gauge {
             for (part, thickness) in target.parts.iter().zip(&self.parts) {
                 let depths = [part.depth(&from), part.depth(&to)];
                 self.overlap = larger(self.overlap, 1.0 + depths[1] / radius);
-                let limit = THROUGH * thickness.0;
+                let limit = THROUGH * thickness;
                 // No point of the way is deeper than this.
                 if 0.5 * (depths[0] + depths[1] + way) > limit && !self.through[knot] {
                     self.through[knot] = deepest(|share| part.depth(&(from + share * (to - from)))) > limit;
@@ -239,12 +236,11 @@ impl Gauge {
         }
     }
 
-    fn numbers(&self, case: &Case, static_tension: Option<f64>) -> Numbers {
+    fn numbers(&self, case: &Case) -> Numbers {
         let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { value };
-        // The cable that gives most: the static answer is a strain, and the net's largest.
-        let strain_of = |cable: &crate::cable::Cable| match static_tension {
-            Some(tension) => tension / (cable.stiffness * cable.rest_length),
-            None => (2.0 * self.work.max(0.0) / cable.stiffness).sqrt() / cable.rest_length,
+        // The cable that gives most.
+        let strain_of = |cable: &crate::cable::Cable| {
+            (2.0 * self.work.max(0.0) / cable.stiffness).sqrt() / cable.rest_length
         };
         let answer = case.net.cables.iter().map(strain_of).fold(0.0, f64::max);
         let touches = case.target.is_some();
