@@ -217,12 +217,10 @@ pub fn stable_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
 }
 
 /// Step at which the explicit parts of the method are stable together [s]; infinite without any.
-///
-/// Where a penalty force acts on knots that cables hold, their ω² add up: each has to stay well below its
-/// own limit.
 pub fn safe_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
-    let both = scene.solver.contact == ContactModel::Penalty && target.is_some();
-    let share = if both { SAFE * std::f64::consts::FRAC_1_SQRT_2 } else { SAFE };
+    let has_force = scene.solver.contact == ContactModel::Penalty && target.is_some();
+    let has_threads = scene.effects.closing.is_some() || scene.effects.tug.is_some();
+    let share = if has_force || has_threads { RESOLVES } else { SAFE };
     share * stable_step(scene, net, target)
 }
 

@@ -25,7 +25,9 @@ use crate::state::Knots;
 /// the Cubesat net, against a step of 2 us), energy never rises with either.
 pub const SAFE: f64 = 0.9;
 
-/// Share of the stable step at which a step resolves the cables: for those who take turns with them.
+/// Share of the stable step at which a step resolves the cables, for what takes turns with them. A penalty
+/// force adds its ω² to theirs. Threads bring knots close together: clamped between them for a minute, a
+/// net loses 1.4e-4 of its angular momentum with 0.9, 4e-5 with this.
 pub const RESOLVES: f64 = 0.6;
 
 /// Three components, an array each.
