@@ -135,10 +135,9 @@ fn momentum_and_energy_close_with_the_winch_on() {
         let kept = done.summary.conservation;
         below(&format!("{}: momentum", done.name), kept.momentum_residual, 1e-9); // measured 1e-13
         below(&format!("{}: energy", done.name), kept.energy_residual, 0.02); // measured 5e-6
-        // Measured 3e-5, but for `tube` under explicit cables: 5e-3. There the threads pull every
-        // sub-step against light knots whose cables answer a sub-step later, and the cables put in
-        // energy; contact takes it again.
-        below(&format!("{}: energy rise", done.name), kept.energy_rise, 1e-2);
+        // Nothing with explicit cables. With joints the threads' share in a step that throws light knots about
+        // is known to some 1e-3 of the launch energy, which the next steps give back.
+        below(&format!("{}: energy rise", done.name), kept.energy_rise, 2e-3);
         let closing = done.closing();
         assert!(closing.winch_work_j > 0.0, "{}", done.name);
     }
@@ -231,7 +230,7 @@ fn a_jammed_winch_is_steady_and_gains_no_energy() {
 #[test]
 fn no_thread_is_longer_than_what_is_off_its_reels() {
     for done in closings() {
-        below(&format!("{}: excess of the full length", done.name), done.closing().max_excess, 2e-3);
+        below(&format!("{}: excess of the full length", done.name), done.closing().max_excess, 1e-3);
     }
 }
 

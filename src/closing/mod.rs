@@ -3,7 +3,7 @@
 //! [`thread`] is the constraint, [`winch`] what reels it in, [`layouts`] the ways it may take
 //! through a net, [`trigger`] when it starts, [`lock`] what may latch. A mechanism changes
 //! velocities of knots and knows nothing of how cables or contacts are solved: every cable model
-//! calls the same [`Mechanism::pull`], once in each of its own steps.
+//! calls the same [`Mechanism::pull`] in each of its own steps, or of the parts into which it cuts one.
 //!
 //! Several threads meet in the bullets; Gauss–Seidel sweeps over them settle it, within a step or from
 //! sub-step to sub-step (see [`Effort`]).
@@ -25,8 +25,8 @@ use thread::{Effort, Node, Thread};
 use winch::{Drive, Tally, Winch};
 
 /// By how much a thread may be longer than what is off its reels below their largest tension, over its full
-/// length; where a step ends beyond that it is to be cut. With 5e-4 and 8e-4 the Cubesat's closing about z
-/// takes a tenth more and as long as without the bound, under which it ends at up to 3.1e-3.
+/// length; a step that ends beyond that is to be cut. That is two or three steps of the Cubesat's closing;
+/// without, a jerk of its bullets left up to 3.1e-3.
 const EXCESS: f64 = 8e-4;
 
 /// Threads, winches and latches of a net.
