@@ -60,7 +60,7 @@ impl Effort {
 
     /// Where sub-steps follow each other so closely that one settles what the last left. On the Cubesat's
     /// closing, excess and the winches' work are those of `WHOLE` (3e-4 of the length for 1e-4 with three
-    /// passes), in a third of the time.
+    /// passes), in two thirds of the time.
     pub const IN_SUBSTEPS: Effort = Effort { sweeps: 1, passes: 1, tolerance: 1e-4 };
 }
 
