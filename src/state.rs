@@ -44,6 +44,11 @@ impl Body {
         self.attitude.inverse_transform_vector(&self.rate)
     }
 
+    /// `point` in the body frame [m].
+    pub fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.attitude.inverse_transform_vector(&(point - self.position))
+    }
+
     /// Velocity of the material point at `point` [m/s].
     pub fn velocity_at(&self, point: Vector3<f64>) -> Vector3<f64> {
         self.velocity + self.rate.cross(&(point - self.position))

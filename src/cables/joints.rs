@@ -10,7 +10,8 @@
 //! 2. **Snap**: a cable that goes taut and slack again within a few steps (π / ω_d is 0.3 ms for 1 m
 //!    of 1 mm Kevlar) is too fast for the implicit row, which would swallow the rebound. Before the
 //!    step each cable that is slack and would be taut by its end passes on the impulse of the whole half
-//!    cycle, (1 + e) mₑ ṙ along the cable, with its exact restitution e = exp(−π ζ / √(1 − ζ²)). A few Gauss–Seidel passes let snaps set off their neighbours'.
+//!    cycle, (1 + e) mₑ ṙ along the cable, with its exact restitution e = exp(−π ζ / √(1 − ζ²)). A few
+//!    Gauss–Seidel passes let snaps set off their neighbours'.
 //! 3. **Rest**: a cable that cannot become taut within the step has no row in it.
 //!
 //! Limits: a snap acts at the start of the step it falls in, so its time is known to a step; the

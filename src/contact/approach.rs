@@ -66,9 +66,8 @@ impl Approach {
 
     /// Before a step of `step` seconds. After `Due` a detection has to follow, with `renew` or `found_cables`.
     pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) -> Look {
-        let speed_squared = |(x, v): (&Vector3<f64>, &Vector3<f64>)| {
-            (v - body.velocity - body.rate.cross(&(x - body.position))).norm_squared()
-        };
+        let speed_squared =
+            |(x, v): (&Vector3<f64>, &Vector3<f64>)| (v - body.velocity_at(*x)).norm_squared();
         let fastest =
             knots.position.iter().zip(&knots.velocity).map(speed_squared).fold(0.0, f64::max).sqrt();
         // A snap may double a knot's speed.
@@ -79,7 +78,7 @@ impl Approach {
             return Look::Apart;
         }
         let mut seen = knots.position.iter().zip(&self.seen);
-        if self.seen.is_empty() || seen.any(|(x, seen)| self.used(seen, &in_body(x, body)) > 1.0) {
+        if self.seen.is_empty() || seen.any(|(x, seen)| self.used(seen, &body.to_body(x)) > 1.0) {
             return Look::Due(reach);
         }
         Look::Known
@@ -89,7 +88,9 @@ impl Approach {
     /// body frame.
     fn used(&self, seen: &Seen, at: &Vector3<f64>) -> f64 {
         let moved = at - seen.at;
-        let free = moved.norm() / (seen.clear - self.thrown).max(0.0);
+        let left = seen.clear - self.thrown;
+        // A knot may have nothing left without having moved, where others have become fast.
+        let free = if left > 0.0 { moved.norm() / left } else { f64::INFINITY };
         let held = match seen.found {
             Found::Nothing => 0.0,
             Found::Plane(normal) => (moved - normal * normal.dot(&moved)).norm() / (0.5 * self.reach),
@@ -104,7 +105,7 @@ impl Approach {
         self.renewed.clear();
         let is_first = self.seen.is_empty();
         for (knot, position) in knots.position.iter().enumerate() {
-            let at = in_body(position, body);
+            let at = body.to_body(position);
             // One that is far away may move by more.
             let clear = reach.max(at.norm() - self.bounding_radius);
             let fresh = Seen { at, clear, found: Found::Nothing };
@@ -138,7 +139,7 @@ impl Approach {
     pub fn found_cables(&mut self, knots: &Knots, body: &Body) {
         self.seen.clear();
         let seen =
-            |position| Seen { at: in_body(position, body), clear: f64::INFINITY, found: Found::Several };
+            |position| Seen { at: body.to_body(position), clear: f64::INFINITY, found: Found::Several };
         self.seen.extend(knots.position.iter().map(seen));
     }
 
@@ -146,10 +147,6 @@ impl Approach {
     pub fn near(&self) -> bool {
         !self.seen.is_empty()
     }
-}
-
-fn in_body(position: &Vector3<f64>, body: &Body) -> Vector3<f64> {
-    body.attitude.inverse_transform_vector(&(position - body.position))
 }
 
 #[cfg(test)]
@@ -229,5 +226,19 @@ mod tests {
             assert!(found, "at {speed} m/s");
             assert!(n <= 3, "{n} detections at {speed} m/s");
         }
+    }
+
+    /// What it may be thrown by counts, and not only how far it has come.
+    #[test]
+    fn one_at_rest_is_looked_for_when_another_becomes_fast() {
+        let two = |speed: f64| Knots {
+            position: vec![vector![1.02, 0.0, 0.0], vector![9.0, 0.0, 0.0]],
+            velocity: vec![Vector3::zeros(), vector![speed, 0.0, 0.0]],
+        };
+        let (mut approach, body) = (Approach::new(0.01, 1.0), wheel(0.0, 0.0));
+        assert!(matches!(approach.look(&two(6.0), &body, STEP), Look::Due(_)));
+        approach.renew(&two(6.0), &body, 0.022);
+        assert_eq!(approach.look(&two(6.0), &body, STEP), Look::Known);
+        assert!(matches!(approach.look(&two(20.0), &body, STEP), Look::Due(_)));
     }
 }

@@ -220,7 +220,7 @@ impl CableWatch {
             let fresh = Plane {
                 normal: body.attitude.inverse_transform_vector(&contact.normal),
                 height: contact.normal.dot(&place) - contact.gap,
-                foot: body.attitude.inverse_transform_vector(&(contact.point - body.position)),
+                foot: body.to_body(&contact.point),
                 impulse: 0.0,
                 forgiven: 0.0,
                 record: empty_record(contact),

@@ -47,8 +47,8 @@ impl Inside {
 
     /// Number of `cables` between `knots` [m] that go through the target at `body`.
     pub fn count(&self, cables: &[Cable], knots: &[Vector3<f64>], body: &Body) -> usize {
-        let in_body = |knot: usize| body.attitude.inverse_transform_vector(&(knots[knot] - body.position));
-        cables.iter().filter(|cable| self.meets(in_body(cable.a), in_body(cable.b))).count()
+        let at = |knot: usize| body.to_body(&knots[knot]);
+        cables.iter().filter(|cable| self.meets(at(cable.a), at(cable.b))).count()
     }
 
     /// Whether the line from `a` to `b`, in the body frame, meets a part.

@@ -214,12 +214,9 @@ impl Gauge {
 
     /// Where the knots are in the parts, and where they went within the step.
     fn probe(&mut self, case: &Case, target: &Target, state: &State, [then, now]: [&Body; 2]) {
-        let into = |body: &Body, point: &Vector3<f64>| {
-            body.attitude.inverse_transform_vector(&(point - body.position))
-        };
         for (knot, radius) in case.net.radius.iter().enumerate() {
-            let from = into(then, &self.last.knots.position[knot]);
-            let to = into(now, &state.knots.position[knot]);
+            let from = then.to_body(&self.last.knots.position[knot]);
+            let to = now.to_body(&state.knots.position[knot]);
             let way = (to - from).norm();
             if to.norm() - way > target.bounding_radius + radius {
                 continue;
