@@ -5,6 +5,7 @@ use std::time::Duration;
 use nalgebra::Vector3;
 
 use crate::case::Case;
+use crate::closing::Mechanism;
 use crate::effects::Effect;
 use crate::effects::closing::Report;
 use crate::failure::Failure;
@@ -67,7 +68,7 @@ impl Simulation {
             method: Method::new(case, &plan),
             any_effect_brackets: effects.iter().any(|effect| effect.brackets()),
             any_effect_acts: effects.iter().any(|effect| effect.acts()),
-            any_effect_pulls: effects.iter().any(|effect| effect.pulls()),
+            any_effect_pulls: effects.iter().any(|effect| effect.threads().is_some()),
             any_effect_presses: effects.iter().any(|effect| effect.presses()),
             launch_energy: case.net.launch_energy().max(f64::MIN_POSITIVE),
             step: plan.step,
@@ -231,11 +232,21 @@ impl Pulling<'_> {
         }
     }
 
-    fn watch(&mut self, before: &State) {
-        if !self.pulls && !self.presses {
-            return;
+    fn each_threads(&mut self, act: &mut dyn FnMut(&mut Mechanism)) {
+        for (effect, time) in self.effects.iter_mut().zip(&mut *self.times) {
+            if let Some(threads) = effect.threads_mut() {
+                let mut clock = Clock::start();
+                act(threads);
+                clock.lap(time);
+            }
         }
-        self.each(|effect| effect.pulls() || effect.presses(), &mut |effect| effect.watch(before));
+    }
+
+    fn watch(&mut self, before: &State) {
+        if self.pulls || self.presses {
+            let acts = |effect: &dyn Effect| effect.threads().is_some() || effect.presses();
+            self.each(acts, &mut |effect| effect.watch(before));
+        }
     }
 }
 
@@ -246,23 +257,26 @@ impl Pull for Pulling<'_> {
 
     fn reach(&self, knots: &mut Vec<usize>) {
         knots.clear();
-        for effect in &*self.effects {
-            effect.reach(knots);
-        }
+        let threads = self.effects.iter().filter_map(|effect| effect.threads());
+        knots.extend(threads.flat_map(Mechanism::reach));
     }
 
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        self.each(|effect| effect.pulls(), &mut |effect| effect.pull(knots, step, touched));
+        self.each_threads(&mut |threads| threads.pull(knots, step, touched));
+    }
+
+    fn keep(&mut self) {
+        self.each_threads(&mut Mechanism::keep);
     }
 
     fn overran(&mut self, knots: &Knots) -> bool {
         let mut overran = false;
-        self.each(|effect| effect.pulls(), &mut |effect| overran |= effect.overran(knots));
+        self.each_threads(&mut |threads| overran |= threads.overran(knots));
         overran
     }
 
     fn take_back(&mut self) {
-        self.each(|effect| effect.pulls(), &mut |effect| effect.take_back());
+        self.each_threads(&mut Mechanism::take_back);
     }
 
     fn presses(&self) -> bool {

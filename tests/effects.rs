@@ -304,7 +304,9 @@ impl Stage {
         effect.act(&before, &mut loads);
         effect.watch(&before);
         let mut touched = vec![false; self.case.net.n_knots()];
-        effect.pull(&mut state.knots, step, &mut touched);
+        if let Some(threads) = effect.threads_mut() {
+            threads.pull(&mut state.knots, step, &mut touched);
+        }
         effect.press(&mut state.knots, &mut state.target, step, &mut touched);
         let knots = &mut state.knots;
         for (knot, position) in knots.position.iter_mut().enumerate() {

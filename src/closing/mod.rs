@@ -43,7 +43,7 @@ pub struct Mechanism {
     outside: Outside,
     /// Energy of the reels as last posted [J].
     stored_before: f64,
-    /// As it was at the start of the step.
+    /// As it was at the start of a step that may be done again.
     kept: Option<Kept>,
 }
 
@@ -172,7 +172,7 @@ impl Mechanism {
         self.pulled.knots().filter(|_| self.runs)
     }
 
-    /// Keeps itself as it is at the start of a step, which may be taken back.
+    /// Keeps itself as it is at the start of a step that may be done again.
     pub fn keep(&mut self) {
         for line in &mut self.lines {
             line.winch.excess = 0.0;

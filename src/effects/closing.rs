@@ -26,7 +26,7 @@ use crate::net::Net;
 use crate::plan::Setting;
 use crate::quantity::Positive;
 use crate::solver::CableModel;
-use crate::state::{Knots, Posting, State};
+use crate::state::{Posting, State};
 use crate::target::Target;
 
 /// What is read of each thread in every frame, in this order: columns `thread_1_length_m` and so on.
@@ -170,8 +170,12 @@ impl Effect for Active {
         }
     }
 
-    fn pulls(&self) -> bool {
-        true
+    fn threads(&self) -> Option<&Mechanism> {
+        Some(&self.mechanism)
+    }
+
+    fn threads_mut(&mut self) -> Option<&mut Mechanism> {
+        Some(&mut self.mechanism)
     }
 
     fn watch(&mut self, state: &State) {
@@ -183,23 +187,6 @@ impl Effect for Active {
             self.triggered = Some(state.time);
             self.length_start = self.mechanism.length();
         }
-        self.mechanism.keep();
-    }
-
-    fn reach(&self, knots: &mut Vec<usize>) {
-        knots.extend(self.mechanism.reach());
-    }
-
-    fn take_back(&mut self) {
-        self.mechanism.take_back();
-    }
-
-    fn overran(&mut self, knots: &Knots) -> bool {
-        self.mechanism.overran(knots)
-    }
-
-    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        self.mechanism.pull(knots, step, touched);
     }
 
     fn stored_energy(&self, _state: &State) -> f64 {

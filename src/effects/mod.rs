@@ -18,6 +18,7 @@ pub mod tug;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::closing::Mechanism;
 use crate::net::Net;
 use crate::plan::{Plan, Setting};
 use crate::problems::Problems;
@@ -82,29 +83,19 @@ pub trait Effect: Send {
     /// Adds its forces on knots and target for the coming step.
     fn act(&mut self, _state: &State, _loads: &mut Loads) {}
 
-    /// Whether it pulls at knots as threads do; one that does not is not called for that.
-    fn pulls(&self) -> bool {
-        false
-    }
-
-    /// Hears the state at the start of a step, before it pulls.
+    /// Hears the state at the start of a step, before its threads pull or its contacts press.
     fn watch(&mut self, _state: &State) {}
 
-    /// Adds the knots that it may pull within the step; it reads no other.
-    fn reach(&self, _knots: &mut Vec<usize>) {}
-
-    /// Changes velocities of knots before these move for `step` seconds, and marks those it changed; called
-    /// in every part of a step: in every sub-step of explicit cables.
-    fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
-
-    /// Whether its pulls within the step ended so far off that the step is to be cut into shorter parts;
-    /// `knots` are those at its end.
-    fn overran(&mut self, _knots: &Knots) -> bool {
-        false
+    /// Threads of its own, which the cable model has pull in every part of a step: in every sub-step of
+    /// explicit cables.
+    fn threads(&self) -> Option<&Mechanism> {
+        None
     }
 
-    /// Takes back its pulls since `watch`: the step is done again.
-    fn take_back(&mut self) {}
+    /// The same, to be pulled.
+    fn threads_mut(&mut self) -> Option<&mut Mechanism> {
+        None
+    }
 
     /// Whether it answers contacts, of net and target or of the net with itself; one that does not is
     /// not called for that.

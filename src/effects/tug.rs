@@ -21,7 +21,7 @@ use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism};
 use crate::net::Net;
 use crate::quantity::Positive;
-use crate::state::{Knots, Posting, State};
+use crate::state::{Posting, State};
 use crate::target::Target;
 
 /// Distance of the winch over the side of the net, at least.
@@ -92,8 +92,12 @@ impl Effect for Active {
         format!("a tether at the centre knot, {} N", self.parameters.force_n.0)
     }
 
-    fn pulls(&self) -> bool {
-        true
+    fn threads(&self) -> Option<&Mechanism> {
+        Some(&self.mechanism)
+    }
+
+    fn threads_mut(&mut self) -> Option<&mut Mechanism> {
+        Some(&mut self.mechanism)
     }
 
     fn watch(&mut self, state: &State) {
@@ -106,23 +110,6 @@ impl Effect for Active {
             Some(start) if state.time >= start + self.parameters.time_s.0 => self.mechanism.stop(),
             _ => {}
         }
-        self.mechanism.keep();
-    }
-
-    fn reach(&self, knots: &mut Vec<usize>) {
-        knots.extend(self.mechanism.reach());
-    }
-
-    fn take_back(&mut self) {
-        self.mechanism.take_back();
-    }
-
-    fn overran(&mut self, knots: &Knots) -> bool {
-        self.mechanism.overran(knots)
-    }
-
-    fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        self.mechanism.pull(knots, step, touched);
     }
 
     fn account(&mut self, _before: &State, after: &State) -> Posting {

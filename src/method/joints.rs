@@ -100,9 +100,13 @@ impl JointsMethod {
         let energy = self.cables.energy(&state.knots);
         self.parts.start(energy);
         self.pressed.is_known = false;
+        let may_cut = self.parts.may_cut();
+        if may_cut {
+            pull.keep();
+        }
         loop {
             let gain = self.in_parts(before, state, work, pull, &mut clock)? - energy;
-            let overran = self.parts.may_cut() && pull.overran(&state.knots);
+            let overran = may_cut && pull.overran(&state.knots);
             if self.parts.hear(gain, energy + gain, overran) {
                 break;
             }
@@ -214,24 +218,23 @@ impl JointsMethod {
     /// Contacts of effects press once a step: when it is done again, by as much. Their work [J].
     fn press(&mut self, state: &mut State, pull: &mut dyn Pull) -> f64 {
         if !self.pressed.is_known {
-            let (mut knots, mut target) = (state.knots.clone(), state.target);
-            pull.press(&mut knots, &mut target, self.step, &mut self.touched);
-            self.pressed = Pressed {
-                is_known: true,
-                knots: std::mem::take(&mut self.pressed.knots),
-                target: match (state.target, target) {
-                    (Some(old), Some(new)) if old != new => {
-                        Some((new.velocity - old.velocity, new.rate - old.rate))
-                    }
-                    _ => None,
-                },
-            };
+            // No part has begun: the memory of its start is free.
+            let (knots, mut target) = (&mut self.starts[1].knots, state.target);
+            knots.clone_from(&state.knots);
+            pull.press(knots, &mut target, self.step, &mut self.touched);
+            self.pressed.is_known = true;
             self.pressed.knots.clear();
             for (knot, touched) in self.touched.iter_mut().enumerate() {
                 if std::mem::take(touched) {
                     self.pressed.knots.push((knot, knots.velocity[knot] - state.knots.velocity[knot]));
                 }
             }
+            self.pressed.target = match (state.target, target) {
+                (Some(old), Some(new)) if old != new => {
+                    Some((new.velocity - old.velocity, new.rate - old.rate))
+                }
+                _ => None,
+            };
         }
         let mut work = 0.0;
         for &(knot, change) in &self.pressed.knots {

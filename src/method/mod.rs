@@ -89,10 +89,13 @@ pub trait Pull {
     /// knots.
     fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
 
+    /// Threads keep themselves as they are at the start of a step that may be done again.
+    fn keep(&mut self);
+
     /// Whether they ended so far off that the step is to be cut; `knots` are those at its end.
     fn overran(&mut self, knots: &Knots) -> bool;
 
-    /// Threads take back what they did within the step.
+    /// Threads take back what they did since they were kept.
     fn take_back(&mut self);
 
     /// Whether anything presses.

@@ -34,6 +34,8 @@ impl Pull for Nothing {
 
     fn pull(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
 
+    fn keep(&mut self) {}
+
     fn overran(&mut self, _knots: &Knots) -> bool {
         false
     }

@@ -154,7 +154,7 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
     let effects = base.scene.effects.build(&base.net, base.target.as_ref());
     let quiet = !effects
         .iter()
-        .any(|effect| effect.acts() || effect.pulls() || effect.presses() || effect.brackets());
+        .any(|effect| effect.acts() || effect.threads().is_some() || effect.presses() || effect.brackets());
     let fly = |index: usize| {
         let (group, member) = (index % 2, index / 2);
         // A fair share of what is left for each run, so that one does not starve the others.
