@@ -3,9 +3,10 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use tumblenet::cables::explicit::{ExplicitNet, SAFE, stable_step};
 use tumblenet::case::Case;
 use tumblenet::solver::Integrator;
+use tumblenet::step::mass_spring::kernel::ExplicitNet;
+use tumblenet::step::mass_spring::stability::{SAFE, stable_step};
 
 fn substep(bench: &mut Criterion) {
     let mut group = bench.benchmark_group("explicit sub-step");

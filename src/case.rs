@@ -4,16 +4,16 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::cables::explicit::{self, RESOLVES, SAFE};
 use crate::contact::penalty::Penalty;
 use crate::limits::Limits;
 use crate::net::{self, Net};
-use crate::plan::Plan;
+use crate::options::BuildOptions;
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::scene::schema::Scene;
 use crate::scene::{Source, checks};
 use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
+use crate::step::mass_spring::stability::{self, RESOLVES, SAFE};
 use crate::target::Target;
 use crate::target::files::Files;
 
@@ -31,12 +31,12 @@ pub struct Case {
     /// The target, where the scene has one.
     pub target: Option<Target>,
     /// The step, chosen where the scene leaves it out.
-    pub pace: Pace,
+    pub time_step: TimeStep,
 }
 
 /// Steps and sub-steps of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
+pub struct TimeStep {
     /// A step of the simulation [s].
     pub step: f64,
     /// Sub-steps within it: of the engine with `joints`, of the integration with `explicit` cables.
@@ -85,14 +85,14 @@ impl Case {
                 Some(built) => built,
                 None => None,
             };
-            let pace = pace(&scene, &net, target.as_ref());
-            checks::check_built(&scene, &net, target.as_ref(), pace, limits, &mut problems);
+            let time_step = choose_step(&scene, &net, target.as_ref());
+            checks::check_built(&scene, &net, target.as_ref(), time_step, limits, &mut problems);
             scene.solver.step_s = Some(Positive(match scene.solver.cables {
-                CableModel::Joints => pace.step,
-                CableModel::Explicit => pace.step / f64::from(pace.substeps),
+                CableModel::Joints => time_step.step,
+                CableModel::Explicit => time_step.step / f64::from(time_step.substeps),
             }));
             let hash = hash(&scene, target.as_ref());
-            let mut case = Case { name: source.name.clone(), scene, hash, net, target, pace };
+            let mut case = Case { name: source.name.clone(), scene, hash, net, target, time_step };
             case.disperse(0);
             Some(case)
         });
@@ -108,15 +108,15 @@ impl Case {
 
     /// Number of steps of the run.
     pub fn n_steps(&self) -> u64 {
-        (self.scene.duration_s.0 / self.pace.step).round().max(1.0) as u64
+        (self.scene.duration_s.0 / self.time_step.step).round().max(1.0) as u64
     }
 
     /// What its solver asks for; effects may add to it.
-    pub fn plan(&self) -> Plan {
+    pub fn plan(&self) -> BuildOptions {
         let solver = &self.scene.solver;
-        Plan {
-            step: self.pace.step,
-            substeps: self.pace.substeps,
+        BuildOptions {
+            step: self.time_step.step,
+            substeps: self.time_step.substeps,
             restitution: solver.restitution,
             friction: None,
             contact_by_engine: solver.contact == ContactModel::Rapier,
@@ -127,12 +127,12 @@ impl Case {
 
     /// A sub-step at which an explicit net is stable [s].
     pub fn safe_substep(&self) -> f64 {
-        SAFE * explicit::stable_step(&self.net)
+        SAFE * stability::stable_step(&self.net)
     }
 
     /// A step that resolves the cables [s].
     pub fn resolving_step(&self) -> f64 {
-        RESOLVES * explicit::stable_step(&self.net)
+        RESOLVES * stability::stable_step(&self.net)
     }
 
     /// Distance from which responses of our own watch a knot [m].
@@ -147,28 +147,28 @@ impl Case {
 
     /// Steps between two recorded frames.
     pub fn steps_per_frame(&self) -> u64 {
-        (self.scene.output.sample_s.0 / self.pace.step).round().max(1.0) as u64
+        (self.scene.output.sample_s.0 / self.time_step.step).round().max(1.0) as u64
     }
 }
 
-/// The pace of a scene: its own step where it names one, else one that suits it.
-fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
+/// The step of a scene: its own step where it names one, else one that suits it.
+fn choose_step(scene: &Scene, net: &Net, target: Option<&Target>) -> TimeStep {
     let solver = &scene.solver;
     let safe = safe_step(scene, net, target);
     let sample = scene.output.sample_s.0.min(scene.duration_s.0);
     let thin = thin_step(scene, target);
     match (solver.cables, solver.step_s) {
-        (CableModel::Joints, Some(step)) => Pace { step: step.0, substeps: solver.substeps },
+        (CableModel::Joints, Some(step)) => TimeStep { step: step.0, substeps: solver.substeps },
         (CableModel::Joints, None) if solver.contact == ContactModel::Rapier => {
-            Pace { step: JOINTS_STEP.min(thin), substeps: solver.substeps }
+            TimeStep { step: JOINTS_STEP.min(thin), substeps: solver.substeps }
         }
         // The engine's cables and a response of our own take turns, so neither feels the other
         // within a step: a knot that contact holds lets its neighbour stretch the cable. Energy
         // gained on the free-floating Cubesat, over the launch energy: 3 at 0.5 ms, 0.2 at 0.2 ms,
         // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables.
         (CableModel::Joints, None) => {
-            let step = JOINTS_STEP.min(thin).min(safe).min(RESOLVES * explicit::stable_step(net));
-            Pace { step, substeps: solver.substeps }
+            let step = JOINTS_STEP.min(thin).min(safe).min(RESOLVES * stability::stable_step(net));
+            TimeStep { step, substeps: solver.substeps }
         }
         (CableModel::Explicit, step) => {
             let substep = step.map_or(safe, |step| step.0);
@@ -179,7 +179,7 @@ fn pace(scene: &Scene, net: &Net, target: Option<&Target>) -> Pace {
                 0.5 * reach(scene, net, target) / fastest(scene, target).max(f64::MIN_POSITIVE)
             });
             let step = JOINTS_STEP.min(sample).min(thin).min(found).max(substep);
-            Pace { step, substeps: (step / substep).ceil().max(1.0) as u32 }
+            TimeStep { step, substeps: (step / substep).ceil().max(1.0) as u32 }
         }
     }
 }
@@ -207,7 +207,7 @@ pub fn stable_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
     let solver = &scene.solver;
     let mut limit = f64::INFINITY;
     if solver.cables == CableModel::Explicit {
-        limit = explicit::stable_step(net);
+        limit = stability::stable_step(net);
     }
     if let (ContactModel::Penalty, Some(target)) = (solver.contact, target) {
         let speed = contact_speed(scene, target);

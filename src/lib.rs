@@ -36,13 +36,13 @@
 //! | [`geometry`], [`target`] | hulls; shapes, mass properties, pose and spin |
 //! | [`state`] | the nouns that travel in a step |
 //! | [`world`] | the engine behind our words; every engine setting |
-//! | [`cables`], [`contact`] | how tension acts; how a contact is answered |
+//! | [`contact`] | how a contact is answered |
 //! | [`closing`] | threads, winches, triggers, locks |
 //! | [`field`] | gravity and frames that turn |
-//! | [`plan`], [`effects`] | what solver and effects ask for; what a scene may call for |
-//! | [`ledger`] | where energy and momentum went |
+//! | [`options`], [`effects`] | what solver and effects ask for; what a scene may call for |
+//! | [`audit`] | where energy and momentum went |
 //! | [`scene`], [`case`](mod@case) | as written; as checked |
-//! | [`method`] | a step with joints of the engine, or with the explicit net |
+//! | [`step`] | a step with joints of the engine, or with a mass-spring net of our own |
 //! | [`failure`], [`work`], [`simulation`], [`run`] | what ends a run, what it cost, the step, the record |
 //! | [`metrics`] | deployment, capture, conservation, summary |
 //! | [`study`], [`report`] | many runs; tables, files, replay |
@@ -82,19 +82,17 @@ pub mod state;
 
 pub mod world;
 
-pub mod cables;
-
 pub mod contact;
 
 pub mod closing;
 
 pub mod field;
 
-pub mod plan;
+pub mod options;
 
 pub mod effects;
 
-pub mod ledger;
+pub mod audit;
 
 pub mod scene;
 
@@ -104,7 +102,7 @@ pub mod failure;
 
 pub mod work;
 
-pub mod method;
+pub mod step;
 
 pub mod simulation;
 

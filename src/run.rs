@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 
+use crate::audit::Ledger;
 use crate::case::Case;
 use crate::effects::closing::Report;
 use crate::failure::Failure;
-use crate::ledger::Ledger;
 use crate::simulation::Simulation;
 use crate::state::{Body, FreeBody, State};
 use crate::work::Work;
@@ -121,16 +121,16 @@ impl Run {
         Ok(Run {
             frames: recorder.frames,
             mouth_area: recorder.mouth_area,
-            step: case.pace.step,
+            step: case.time_step.step,
             state_hash: simulation.state.hash(),
             extremes: recorder.extremes,
-            outside_impulse: simulation.books.outside_impulse,
-            outside_angular_impulse: simulation.books.outside_angular_impulse,
+            outside_impulse: simulation.audit.outside_impulse,
+            outside_angular_impulse: simulation.audit.outside_angular_impulse,
             census: simulation.census(),
             reading_names: simulation.reading_names(),
             closing: simulation.closing(),
             tug: simulation.tug(),
-            effects: names.into_iter().zip(simulation.books.effect_counts.iter().copied()).collect(),
+            effects: names.into_iter().zip(simulation.audit.effect_counts.iter().copied()).collect(),
             chaser: simulation.state.chaser,
             work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },
             wall: started.elapsed(),
@@ -198,9 +198,9 @@ impl Recorder {
         frames.knots.push(state.knots.position.clone());
         frames.target.extend(state.target);
         frames.chaser.extend(state.chaser.map(|chaser| chaser.body));
-        frames.ledger.push(simulation.books.ledger.clone());
-        frames.momentum.push(simulation.books.momentum(state));
-        frames.angular_momentum.push(simulation.books.angular_momentum(state));
+        frames.ledger.push(simulation.audit.ledger.clone());
+        frames.momentum.push(simulation.audit.momentum(state));
+        frames.angular_momentum.push(simulation.audit.angular_momentum(state));
         frames.tension.push(std::mem::take(&mut self.tension));
         frames.impulse.push(std::mem::take(&mut self.impulse));
     }

@@ -4,15 +4,15 @@ use std::time::Duration;
 
 use nalgebra::Vector3;
 
+use crate::audit::EnergyAudit;
 use crate::case::Case;
 use crate::closing::Mechanism;
 use crate::effects::Effect;
 use crate::effects::closing::Report;
 use crate::failure::Failure;
-use crate::ledger::Bookkeeper;
-use crate::method::{Method, Pull};
-use crate::plan::Setting;
+use crate::options::Setting;
 use crate::state::{Body, Contact, Knots, State};
+use crate::step::{Method, Pull};
 use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -22,7 +22,7 @@ pub struct Simulation {
     /// The state after the last step.
     pub state: State,
     /// Energy and momenta.
-    pub books: Bookkeeper,
+    pub audit: EnergyAudit,
     /// Work done so far.
     pub work: Work,
     before: State,
@@ -62,7 +62,7 @@ impl Simulation {
         }
         Simulation {
             before: state.clone(),
-            books: Bookkeeper::open(&case.net, case.target.as_ref(), &effects, &state),
+            audit: EnergyAudit::start(&case.net, case.target.as_ref(), &effects, &state),
             work: Work::default(),
             effect_times: vec![Duration::ZERO; effects.len()],
             method: Method::new(case, &plan),
@@ -82,7 +82,7 @@ impl Simulation {
     /// # Errors
     /// A state that is not a number.
     pub fn step(&mut self) -> Result<(), Failure> {
-        let energy = self.books.ledger.own();
+        let energy = self.audit.ledger.own();
 
         // Fields kick first: the rest of the step is then as if there were none.
         self.open();
@@ -120,11 +120,11 @@ impl Simulation {
                 let mut clock = Clock::start();
                 let posting = effect.open(&mut self.state, self.step);
                 clock.lap(&mut self.effect_times[index]);
-                self.books.post(index, &posting);
+                self.audit.add(index, &posting);
             }
         }
         self.method.take_velocities(&self.state);
-        self.books.weigh_motion(&self.state);
+        self.audit.measure_motion(&self.state);
     }
 
     fn close(&mut self) {
@@ -136,13 +136,13 @@ impl Simulation {
                 let mut clock = Clock::start();
                 let posting = effect.close(&mut self.state, self.step);
                 clock.lap(&mut self.effect_times[index]);
-                self.books.post(index, &posting);
+                self.audit.add(index, &posting);
             }
         }
-        self.books.weigh_motion(&self.state);
+        self.audit.measure_motion(&self.state);
         if self.state.chaser.is_some() {
             // Its kinetic energy is stored by its effect, and fields kick it.
-            self.books.weigh_stored(&self.state, &self.effects);
+            self.audit.measure_stored(&self.state, &self.effects);
         }
     }
 
@@ -163,8 +163,8 @@ impl Simulation {
     /// `energy`: that of net and target at the start of the step [J].
     fn observe(&mut self, energy: f64) {
         let mut clock = Clock::start();
-        self.books.book(&self.before, &self.state, &mut self.effects, &mut self.effect_times);
-        self.method.hear_gain((self.books.ledger.own() - energy) / self.launch_energy);
+        self.audit.record(&self.before, &self.state, &mut self.effects, &mut self.effect_times);
+        self.method.hear_gain((self.audit.ledger.own() - energy) / self.launch_energy);
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);

@@ -24,7 +24,7 @@ pub struct Solver {
     /// `joints`: Gauss-Seidel sweeps over all cable and contact rows in each sub-step: at least so many.
     #[schemars(range(min = 1, max = 1000))]
     pub sweeps: u32,
-    /// `joints`: at most so many, while a step gains energy (see `world::sweeps`).
+    /// `joints`: at most so many, while a step gains energy (see `step::iterations`).
     #[schemars(range(min = 1, max = 1000))]
     pub sweeps_max: u32,
     /// `joints`: Gauss-Seidel passes over the cables that snap taut within a step; 0: snaps are left to the engine.

@@ -191,7 +191,7 @@ impl Contact {
 
 /// Forces that effects apply over a step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Loads {
+pub struct Forces {
     /// On each knot [N].
     pub on_knots: Vec<Vector3<f64>>,
     /// On the target's centre of mass [N].
@@ -200,7 +200,7 @@ pub struct Loads {
     pub torque_on_target: Vector3<f64>,
 }
 
-impl Loads {
+impl Forces {
     /// No load on any of `n_knots` knots, nor on the target.
     pub fn clear(&mut self, n_knots: usize) {
         self.on_knots.clear();
@@ -212,7 +212,7 @@ impl Loads {
 
 /// What an effect did within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Posting {
+pub struct EffectWork {
     /// Work it put into net and target, beyond what it stores [J]; negative when it took energy out.
     pub work: f64,
     /// Work of the impulses that it gave to knots by pulling [J]; that of its forces is known.
@@ -234,7 +234,7 @@ pub struct State {
     pub time: f64,
 
     /// Written by `effects`.
-    pub loads: Loads,
+    pub loads: Forces,
     /// Written by the effect `chaser`.
     pub chaser: Option<FreeBody>,
 

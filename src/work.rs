@@ -17,7 +17,7 @@ pub struct Work {
     pub cable_rows: u64,
     /// Cables that snapped within a step.
     pub snaps: u64,
-    /// Sweeps over all rows, summed over the sub-steps.
+    /// SolverIterations over all rows, summed over the sub-steps.
     pub sweeps: u64,
     /// Wall time of the stages.
     pub stages: Stages,

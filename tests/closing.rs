@@ -249,7 +249,7 @@ fn every_trigger_fires_at_its_event() {
     ];
     let done: Vec<Done> = jsons.par_iter().map(|json| run(json)).collect();
     let fired: Vec<f64> = done.iter().map(|done| done.closing().triggered_s.unwrap()).collect();
-    let step = done[0].case.pace.step;
+    let step = done[0].case.time_step.step;
     let contact = done[0].summary.contact.unwrap().first_contact_s.unwrap();
     within("contact, 0.05 s after it", fired[0] - contact, [0.05 - 1e-9, 0.05 + 1.5 * step]);
     within("time", fired[1], [0.6 - 1e-9, 0.6 + 1e-9]);

@@ -9,9 +9,9 @@ use common::below;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
-use tumblenet::cables::located;
 use tumblenet::case::Case;
 use tumblenet::run::Run;
+use tumblenet::step::mass_spring::dopri5;
 use tumblenet::study::cost::errors::Worth;
 use tumblenet::study::cost::{self, Request, Store, Study};
 
@@ -35,7 +35,7 @@ fn study(scene: Value, budget_s: f64) -> Study {
 fn the_reference_flies_as_the_equations_say() {
     let case = common::scene("deployment-kevlar", &[]);
     let times: Vec<f64> = (0..=6).map(|i| 0.05 * f64::from(i)).collect();
-    let located = located::fly(&case.net, &times, 1e-12, || true);
+    let located = dopri5::fly(&case.net, &times, 1e-12, || true);
     let stepped = common::rk4_net(&case.net, 5e-6, &times);
     assert_eq!(located.knots.len(), times.len());
     for (bound, frame) in [(1e-6, 2), (2e-5, 4), (5e-5, 6)] {
@@ -44,7 +44,7 @@ fn the_reference_flies_as_the_equations_say() {
         below(&format!("bullets at {} s, m", times[frame]), worst, bound); // measured 5e-8, 1e-6, 5e-6
     }
     // A tolerance a hundred times coarser moves no bullet by more than the coarser one's share.
-    let coarse = located::fly(&case.net, &times, 1e-10, || true);
+    let coarse = dopri5::fly(&case.net, &times, 1e-10, || true);
     let apart = |&bullet: &usize| (located.knots[4][bullet] - coarse.knots[4][bullet]).norm();
     below("tolerance, m", case.net.bullets.iter().map(apart).fold(0.0, f64::max), 1e-7);
     assert!(

@@ -12,7 +12,7 @@ use tumblenet::effects::{Effect, Effects};
 use tumblenet::field::orbit::Orbit;
 use tumblenet::run::Run;
 use tumblenet::simulation::Simulation;
-use tumblenet::state::{Body, Knots, Loads, Posting, State};
+use tumblenet::state::{Body, EffectWork, Forces, Knots, State};
 use tumblenet::target::motion::RigidMotion;
 
 /// What the questions need to know of an effect.
@@ -295,11 +295,11 @@ impl Stage {
     }
 
     /// A step of the effect alone, as a simulation takes it; returns all it posted.
-    fn step(&mut self, step: f64) -> Posting {
+    fn step(&mut self, step: f64) -> EffectWork {
         let (state, effect) = (&mut self.state, &mut self.effect);
         let mut postings = vec![effect.open(state, step)];
         let before = state.clone();
-        let mut loads = Loads::default();
+        let mut loads = Forces::default();
         loads.clear(self.case.net.n_knots());
         effect.act(&before, &mut loads);
         effect.watch(&before);
@@ -319,7 +319,7 @@ impl Stage {
         state.time += step;
         postings.push(effect.account(&before, state));
         postings.push(effect.close(state, step));
-        postings.into_iter().fold(Posting::default(), |sum, posting| Posting {
+        postings.into_iter().fold(EffectWork::default(), |sum, posting| EffectWork {
             work: sum.work + posting.work,
             impulse: sum.impulse + posting.impulse,
             angular_impulse: sum.angular_impulse + posting.angular_impulse,
@@ -352,7 +352,7 @@ fn posted_work_and_impulse_are_what_everything_gained() {
     for probe in probes() {
         let mut stage = Stage::new(probe.name, &probe.acts, Matrix3::identity(), 1.0);
         let (energy, momentum) = (stage.energy(), stage.momentum());
-        let mut sum = Posting::default();
+        let mut sum = EffectWork::default();
         for _ in 0..20 {
             let posting = stage.step(5e-4);
             sum.work += posting.work;

@@ -12,7 +12,7 @@ use tumblenet::failure::Failure;
 use tumblenet::friction::Law;
 use tumblenet::net::Net;
 use tumblenet::simulation::Simulation;
-use tumblenet::state::{Contact, Loads, State};
+use tumblenet::state::{Contact, Forces, State};
 use tumblenet::target::Target;
 use tumblenet::world::{Setup, World};
 
@@ -116,7 +116,7 @@ fn a_knot_sliding_off_an_edge_does_not_float() {
     let mut world = World::new(&net, Some(&cube), &setup());
     let (mut state, mut contacts) = (State::default(), Vec::new());
     world.read(&mut state);
-    let pressed = Loads { on_knots: vec![Vector3::new(0.0, 0.0, -0.01)], ..Loads::default() };
+    let pressed = Forces { on_knots: vec![Vector3::new(0.0, 0.0, -0.01)], ..Forces::default() };
     let mut furthest = 0.0_f64;
     for _ in 0..1200 {
         world.apply(&pressed);
@@ -217,7 +217,7 @@ fn friction_and_contact_each_post_what_they_took() {
     for _ in 0..100 {
         simulation.step().unwrap();
     }
-    let ledger = &simulation.books.ledger;
+    let ledger = &simulation.audit.ledger;
     let work = 0.5 * 0.01 * (0.2 * 0.2 - 0.5 * 0.5);
     below("work of friction less the change, J", (ledger.effects[0] - work).abs(), 1e-12);
     below("taken by contact less the loss, J", (ledger.contact - 0.5 * 0.01).abs(), 1e-12);
@@ -394,7 +394,7 @@ fn heavy_bullets_do_not_stretch_a_chain_of_light_knots() {
             simulation.step().unwrap();
             let position = &simulation.state.knots.position;
             longest = longest.max((position[n_cables] - position[0]).norm() - 0.1 * n_cables as f64);
-            most = most.max(simulation.books.ledger.own() / energy);
+            most = most.max(simulation.audit.ledger.own() / energy);
         }
         [longest / exact, most]
     };
@@ -413,7 +413,7 @@ fn a_force_acts_for_its_step_only() {
     let net = knots(&[(0.5, [0.0; 3], [0.0; 3])]);
     let mut world = World::new(&net, None, &setup());
     let mut state = State::default();
-    world.apply(&Loads { on_knots: vec![Vector3::new(0.0, 2.0, 0.0)], ..Loads::default() });
+    world.apply(&Forces { on_knots: vec![Vector3::new(0.0, 2.0, 0.0)], ..Forces::default() });
     for _ in 0..10 {
         world.advance(&mut state, STEP, 1);
         below("speed less F dt / m", (state.knots.velocity[0].y - 2.0 * STEP / 0.5).abs(), 1e-15);

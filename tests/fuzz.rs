@@ -168,9 +168,9 @@ fn outcome<T>(result: Result<T, Problems>, go_on: impl FnOnce(T)) -> Outcome {
 /// A few steps of what passed the checks, where they are not dear.
 fn steps(case: Case) {
     let solver = &case.scene.solver;
-    let rounds = u64::from(solver.sweeps_max.max(solver.snap_passes)) * u64::from(case.pace.substeps);
+    let rounds = u64::from(solver.sweeps_max.max(solver.snap_passes)) * u64::from(case.time_step.substeps);
     // In flight, or where a step makes energy.
-    let cut = (case.pace.step / case.resolving_step()).clamp(1.0, 1e9) as u64;
+    let cut = (case.time_step.step / case.resolving_step()).clamp(1.0, 1e9) as u64;
     let parts = case.target.as_ref().map_or(0, |target| target.parts.len());
     if rounds.saturating_mul(cut).saturating_mul(case.net.n_knots() as u64) > 1_000_000 || parts > 100 {
         return;

@@ -238,9 +238,9 @@ fn a_quarter_of_the_step_comes_nearer() {
                 scene["duration_s"] = json!(run.frames.time[early(&case, &run)]);
                 scene["solver"]["cables"] = json!(cables);
                 scene["solver"]["contact"] = json!(contact);
-                scene["output"]["sample_s"] = json!(case.pace.step);
+                scene["output"]["sample_s"] = json!(case.time_step.step);
                 let [coarse, middle, fine] = [1.0, 0.25, 0.0625].map(|share| {
-                    scene["solver"]["step_s"] = json!(share * case.pace.step);
+                    scene["solver"]["step_s"] = json!(share * case.time_step.step);
                     let run = common::run(&common::case_of(scene.clone()));
                     run.frames.knots.last().unwrap().clone()
                 });

@@ -18,7 +18,7 @@ mod common;
 use common::{below, case_of};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, vector};
 use serde_json::json;
-use tumblenet::case::{Case, Pace};
+use tumblenet::case::{Case, TimeStep};
 use tumblenet::net::Net;
 use tumblenet::simulation::Simulation;
 
@@ -27,7 +27,7 @@ struct Response {
     name: &'static str,
     cables: &'static str,
     contact: &'static str,
-    pace: Pace,
+    time_step: TimeStep,
     bounce: Bounce,
 }
 
@@ -44,43 +44,43 @@ enum Bounce {
 const STIFFNESS: f64 = 400.0;
 const DAMPING: f64 = 0.06;
 
-const COARSE: Pace = Pace { step: 5e-4, substeps: 1 };
-const FINE: Pace = Pace { step: 5e-4, substeps: 100 };
+const COARSE: TimeStep = TimeStep { step: 5e-4, substeps: 1 };
+const FINE: TimeStep = TimeStep { step: 5e-4, substeps: 100 };
 
 const RESPONSES: [Response; 5] = [
     Response {
         name: "joints+rapier",
         cables: "joints",
         contact: "rapier",
-        pace: COARSE,
+        time_step: COARSE,
         bounce: Bounce::Restitution,
     },
     Response {
         name: "joints+impulse",
         cables: "joints",
         contact: "impulse",
-        pace: COARSE,
+        time_step: COARSE,
         bounce: Bounce::Restitution,
     },
     Response {
         name: "joints+penalty",
         cables: "joints",
         contact: "penalty",
-        pace: Pace { step: 5e-6, substeps: 1 },
+        time_step: TimeStep { step: 5e-6, substeps: 1 },
         bounce: Bounce::Spring,
     },
     Response {
         name: "explicit+impulse",
         cables: "explicit",
         contact: "impulse",
-        pace: FINE,
+        time_step: FINE,
         bounce: Bounce::Restitution,
     },
     Response {
         name: "explicit+penalty",
         cables: "explicit",
         contact: "penalty",
-        pace: FINE,
+        time_step: FINE,
         bounce: Bounce::Spring,
     },
 ];
@@ -102,13 +102,13 @@ fn plate(response: &Response, net: Net, restitution: f64) -> Case {
                     "penalty": if bounces { json!({}) } else { linear } }
     }));
     case.net = net;
-    case.pace = response.pace;
+    case.time_step = response.time_step;
     case
 }
 
 fn simulate(case: &Case, seconds: f64) -> Simulation {
     let mut simulation = Simulation::new(case);
-    for _ in 0..(seconds / case.pace.step).round() as u64 {
+    for _ in 0..(seconds / case.time_step.step).round() as u64 {
         simulation.step().unwrap();
     }
     simulation
@@ -174,8 +174,8 @@ fn responses_bounce_as_the_closed_form_says() {
             // Energy: half the reduced mass times the fall of v².
             let reduced = plate_mass * 4.0 * knot / (plate_mass + 4.0 * knot);
             let lost = 0.5 * reduced * (speed * speed - relative * relative);
-            below(response.name, (simulation.books.ledger.contact - lost).abs() / (0.5 * reduced), 1e-3);
-            below(response.name, simulation.books.ledger.residual().abs() / (0.5 * reduced), 1e-3);
+            below(response.name, (simulation.audit.ledger.contact - lost).abs() / (0.5 * reduced), 1e-3);
+            below(response.name, simulation.audit.ledger.residual().abs() / (0.5 * reduced), 1e-3);
         }
     }
 }
@@ -205,7 +205,7 @@ fn responses_push_apart_and_keep_both_momenta() {
     for response in &RESPONSES {
         let case = plate(response, one_knot([0.9, 0.2, -0.1], [1.0, 0.3, 0.0]), 0.5);
         let start = Simulation::new(&case);
-        let before = (start.books.momentum(&start.state), start.books.angular_momentum(&start.state));
+        let before = (start.audit.momentum(&start.state), start.audit.angular_momentum(&start.state));
         let simulation = simulate(&case, 0.2);
         let body = simulation.state.target.unwrap();
         assert!(body.velocity.x > 0.0, "{}", response.name);
@@ -213,8 +213,8 @@ fn responses_push_apart_and_keep_both_momenta() {
         assert!(simulation.state.knots.velocity[0].x < 1.0);
         // Frictionless: nothing happens across the normal of a face that hardly turns.
         below(response.name, (simulation.state.knots.velocity[0].y - 0.3).abs(), 1e-2);
-        below("momentum", (simulation.books.momentum(&simulation.state) - before.0).norm(), 1e-13);
-        let angular = (simulation.books.angular_momentum(&simulation.state) - before.1).norm();
+        below("momentum", (simulation.audit.momentum(&simulation.state) - before.0).norm(), 1e-13);
+        let angular = (simulation.audit.angular_momentum(&simulation.state) - before.1).norm();
         below("angular momentum", angular / before.1.norm(), 1e-4); // measured: see the printed values
     }
 }
@@ -244,7 +244,7 @@ fn responses_converge_with_the_step() {
             if let Some(target) = &mut case.target {
                 target.motion = tumblenet::target::spec::Motion::Fixed;
             }
-            case.pace.step *= coarser;
+            case.time_step.step *= coarser;
             let speed = simulate(&case, 0.3).state.knots.velocity[0].x;
             let wanted = match response.bounce {
                 Bounce::Restitution => 1.0,
@@ -259,10 +259,10 @@ fn responses_converge_with_the_step() {
 }
 
 /// Name, step [s] and sub-steps of a cable model, and its integrator.
-const MODELS: [(&str, &str, &str, Pace); 3] = [
-    ("joints", "joints", "symplectic", Pace { step: 5e-4, substeps: 1 }),
-    ("explicit", "explicit", "symplectic", Pace { step: 5e-4, substeps: 500 }),
-    ("explicit, rk4", "explicit", "rk4", Pace { step: 5e-4, substeps: 500 }),
+const MODELS: [(&str, &str, &str, TimeStep); 3] = [
+    ("joints", "joints", "symplectic", TimeStep { step: 5e-4, substeps: 1 }),
+    ("explicit", "explicit", "symplectic", TimeStep { step: 5e-4, substeps: 500 }),
+    ("explicit, rk4", "explicit", "rk4", TimeStep { step: 5e-4, substeps: 500 }),
 ];
 
 /// Two knots, 1 and 2 kg, on a cable of 1 m with ω = 7000 rad/s and ζ = 0.1: a half cycle of 0.45 ms.
@@ -272,7 +272,7 @@ fn pair(apart: f64, velocity: [[f64; 3]; 2]) -> Net {
     net
 }
 
-fn of_model(model: &(&str, &str, &str, Pace), net: Net) -> Case {
+fn of_model(model: &(&str, &str, &str, TimeStep), net: Net) -> Case {
     let contact = if model.1 == "joints" { "rapier" } else { "impulse" };
     let mut case = case_of(json!({
         "title": "cable", "duration_s": 0.5,
@@ -282,7 +282,7 @@ fn of_model(model: &(&str, &str, &str, Pace), net: Net) -> Case {
         "solver": { "cables": model.1, "contact": contact, "integrator": model.2 }
     }));
     case.net = net;
-    case.pace = model.3;
+    case.time_step = model.3;
     case
 }
 
@@ -323,11 +323,11 @@ fn cables_rebound_as_a_damped_half_cycle() {
         // The law itself lets go a little earlier than the half cycle's end (T may not push): 2 %.
         below(model.0, (parting / -3.0 - restitution).abs(), 0.03);
         below("momentum", (a + 2.0 * b - vector![0.6, 0.0, 0.0]).norm(), 1e-12);
-        let kept = |simulation: &Simulation| simulation.books.angular_momentum(&simulation.state);
+        let kept = |simulation: &Simulation| simulation.audit.angular_momentum(&simulation.state);
         below("angular momentum", (kept(&simulation) - kept(&start)).norm(), 1e-9);
         let lost = 0.5 * reduced * (9.0 - parting * parting);
-        below(model.0, (simulation.books.ledger.cables - lost).abs() / lost, 1e-6);
-        assert!(simulation.books.ledger.own() <= simulation.books.ledger.start * (1.0 + 1e-9));
+        below(model.0, (simulation.audit.ledger.cables - lost).abs() / lost, 1e-6);
+        assert!(simulation.audit.ledger.own() <= simulation.audit.ledger.start * (1.0 + 1e-9));
     }
 }
 
@@ -354,7 +354,7 @@ fn cables_converge_with_the_step() {
                 common::knots(&[(100.0, [0.0; 3], [0.0; 3]), (1.0, [0.0, 1.0, 0.0], [2.0, 0.0, 0.0])]);
             common::tie(&mut net, [0, 1], 1.0, 500.0, 0.3);
             let mut case = of_model(model, net);
-            case.pace.step /= finer;
+            case.time_step.step /= finer;
             simulate(&case, 0.5).state.knots.position[1]
         };
         let finest = swing(64.0);

@@ -36,8 +36,8 @@ fn sliding(pair: &str, law: Law, speed: f64) -> Case {
     scene["solver"] = json!({ "cables": cables, "contact": contact });
     scene["effects"] = json!({ "friction": parameters(law), "cabin": { "gravity_m_s2": [G, 0.0, 0.0] } });
     let mut case = case_of(scene);
-    case.pace.substeps = (case.pace.substeps as f64 * STEP / case.pace.step).ceil() as u32;
-    case.pace.step = STEP;
+    case.time_step.substeps = (case.time_step.substeps as f64 * STEP / case.time_step.step).ceil() as u32;
+    case.time_step.step = STEP;
     case.target.as_mut().unwrap().position.x = 0.1;
     // A net has a cable: a slack one, to a knot that falls past the plate.
     let mut net = knots(&[(MASS, [-5e-4, -0.5, 0.0], [0.0, speed, 0.0]), (MASS, [-0.5, 0.0, 3.0], [0.0; 3])]);

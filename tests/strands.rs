@@ -80,8 +80,8 @@ fn two_strands_thrown_crosswise_do_not_pass() {
         {
             let case = crossing(solver, effects);
             let mut simulation = Simulation::new(&case);
-            let momentum = simulation.books.momentum(&simulation.state);
-            let angular = simulation.books.angular_momentum(&simulation.state);
+            let momentum = simulation.audit.momentum(&simulation.state);
+            let angular = simulation.audit.angular_momentum(&simulation.state);
             let mut furthest = f64::NEG_INFINITY;
             while simulation.state.time < 0.1 {
                 simulation.step().unwrap();
@@ -93,9 +93,9 @@ fn two_strands_thrown_crosswise_do_not_pass() {
             println!("{solver:?}: furthest {furthest:e} m");
             assert_eq!(furthest > 0.0, passes, "{solver:?}: {furthest}");
             let scale = 6e-3; // kg m/s
-            let drift = simulation.books.momentum(&simulation.state) - momentum;
+            let drift = simulation.audit.momentum(&simulation.state) - momentum;
             below("momentum", drift.norm() / scale, 1e-12);
-            let drift = simulation.books.angular_momentum(&simulation.state) - angular;
+            let drift = simulation.audit.angular_momentum(&simulation.state) - angular;
             // The engine turns its cables by the step.
             below("angular momentum", drift.norm() / (scale * 0.1), 1e-3);
         }

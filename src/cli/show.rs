@@ -38,7 +38,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let mut fact = |name: &str, value: String| {
         facts.add_row(vec![name.to_owned(), value]);
     };
-    fact("steps", format!("{} of {} s", case.n_steps(), number(case.pace.step)));
+    fact("steps", format!("{} of {} s", case.n_steps(), number(case.time_step.step)));
     fact("knots, cables", format!("{}, {}", case.net.n_knots(), case.net.cables.len()));
     fact("net mass with bullets", format!("{} kg", number(case.net.total_mass())));
     fact("launch energy", format!("{} J", number(case.net.launch_energy())));

@@ -17,7 +17,7 @@ pub mod winch;
 
 use nalgebra::Vector3;
 
-use crate::state::{Knots, Posting};
+use crate::state::{EffectWork, Knots};
 use layouts::Route;
 use lock::Lock;
 use pulled::{Done, PulledKnots};
@@ -264,9 +264,9 @@ impl Mechanism {
     }
 
     /// What it did since the last time; `after` are the knots as they are now.
-    pub fn account(&mut self, after: &Knots) -> Posting {
+    pub fn account(&mut self, after: &Knots) -> EffectWork {
         if !self.runs {
-            return Posting::default();
+            return EffectWork::default();
         }
         self.settle(after);
         let Done { work: on_knots, count } = self.pulled.take_done();
@@ -274,7 +274,7 @@ impl Mechanism {
         let stored = self.stored();
         let work = on_knots + stored - std::mem::replace(&mut self.stored_before, stored);
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
-        Posting { work, on_knots, count, impulse, angular_impulse }
+        EffectWork { work, on_knots, count, impulse, angular_impulse }
     }
 
     /// Every thread as it is in `knots`.

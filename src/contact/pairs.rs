@@ -35,7 +35,7 @@ use parry3d::query::details::closest_points_segment_segment_with_locations_nD as
 use super::Mobility;
 use super::sequential::{self, Bearers, Effort, Row};
 use crate::net::Net;
-use crate::state::{Body, Knots, Posting};
+use crate::state::{Body, EffectWork, Knots};
 
 /// Time in which an overlap is undone [s], at least a step.
 const PUSH_OUT: f64 = 1e-3;
@@ -289,17 +289,17 @@ impl PairWatch {
     ///
     /// Work on the knots: Σ J · (v⁻ + v⁺) / 2 over their impulses J, exactly its share in the change
     /// of their energy.
-    pub fn account(&mut self, before: &Knots, after: &Knots) -> Posting {
+    pub fn account(&mut self, before: &Knots, after: &Knots) -> EffectWork {
         let count = std::mem::take(&mut self.n_acted);
         if count == 0 {
-            return Posting::default();
+            return EffectWork::default();
         }
         let mut work = 0.0;
         for (knot, impulse) in self.impulses.iter_mut().enumerate() {
             let impulse = std::mem::take(impulse);
             work += 0.5 * impulse.dot(&(before.velocity[knot] + after.velocity[knot]));
         }
-        Posting { work, on_knots: work, count, ..Posting::default() }
+        EffectWork { work, on_knots: work, count, ..EffectWork::default() }
     }
 
     /// Number of pairs.

@@ -21,9 +21,9 @@ use super::{Effect, Parameters};
 use crate::contact::cables::{CableWatch, Response};
 use crate::contact::penalty::Penalty;
 use crate::net::Net;
-use crate::plan::Setting;
+use crate::options::Setting;
 use crate::solver::ContactModel;
-use crate::state::{Body, Contact, Knots, Posting, State};
+use crate::state::{Body, Contact, EffectWork, Knots, State};
 use crate::target::Target;
 
 /// Contact of cables has no parameters of its own.
@@ -110,14 +110,14 @@ impl Effect for Active {
     }
 
     /// Impulses and moments that a held target passes to the outside are booked with all contacts.
-    fn account(&mut self, _before: &State, after: &State) -> Posting {
+    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
         let before = self.stored;
         self.stored = self.stored_energy(after);
         let own = || after.contacts.iter().filter(|contact| contact.along.is_some());
-        Posting {
+        EffectWork {
             work: self.stored - before - own().map(|contact| contact.loss).sum::<f64>(),
             count: own().filter(|contact| contact.impulse > 0.0).count() as u64,
-            ..Posting::default()
+            ..EffectWork::default()
         }
     }
 }

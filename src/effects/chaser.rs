@@ -25,11 +25,11 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{Effect, Parameters};
 use crate::net::Net;
-use crate::plan::Plan;
+use crate::options::BuildOptions;
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
-use crate::state::{Body, FreeBody, Posting, State};
+use crate::state::{Body, EffectWork, FreeBody, State};
 use crate::target::files::Files;
 use crate::target::motion::RigidMotion;
 use crate::target::{Motion, Target};
@@ -147,7 +147,7 @@ impl Effect for Active {
         format!("a free body of {} kg outside the engine", self.start.mass)
     }
 
-    fn install(&self, plan: &mut Plan) {
+    fn install(&self, plan: &mut BuildOptions) {
         plan.free_chaser = true;
     }
 
@@ -159,19 +159,19 @@ impl Effect for Active {
         true
     }
 
-    fn open(&mut self, state: &mut State, step: f64) -> Posting {
+    fn open(&mut self, state: &mut State, step: f64) -> EffectWork {
         if let Some(chaser) = &mut state.chaser {
             self.motion.drift(&mut chaser.body, step);
         }
-        Posting { count: 1, ..Posting::default() }
+        EffectWork { count: 1, ..EffectWork::default() }
     }
 
     fn stored_energy(&self, state: &State) -> f64 {
         state.chaser.map_or(0.0, |chaser| chaser.kinetic_energy())
     }
 
-    fn account(&mut self, _before: &State, _after: &State) -> Posting {
-        Posting::default()
+    fn account(&mut self, _before: &State, _after: &State) -> EffectWork {
+        EffectWork::default()
     }
 
     fn reading_names(&self) -> Vec<String> {

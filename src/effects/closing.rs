@@ -23,10 +23,10 @@ use crate::closing::trigger::{Trigger, Watch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism, Outside};
 use crate::net::Net;
-use crate::plan::Setting;
+use crate::options::Setting;
 use crate::quantity::Positive;
 use crate::solver::CableModel;
-use crate::state::{Posting, State};
+use crate::state::{EffectWork, State};
 use crate::target::Target;
 
 /// What is read of each thread in every frame, in this order: columns `thread_1_length_m` and so on.
@@ -193,7 +193,7 @@ impl Effect for Active {
         self.mechanism.stored()
     }
 
-    fn account(&mut self, _before: &State, after: &State) -> Posting {
+    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
         let mut posting = self.mechanism.account(&after.knots);
         self.passed_on += posting.work;
         if self.has_chaser {
@@ -210,14 +210,14 @@ impl Effect for Active {
     }
 
     /// The chaser takes what the net got from it.
-    fn close(&mut self, state: &mut State, _step: f64) -> Posting {
+    fn close(&mut self, state: &mut State, _step: f64) -> EffectWork {
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_chaser);
-        let Some(chaser) = &mut state.chaser else { return Posting::default() };
+        let Some(chaser) = &mut state.chaser else { return EffectWork::default() };
         let before = chaser.kinetic_energy();
         chaser.push(&-impulse, &-angular_impulse);
         let work = chaser.kinetic_energy() - before;
         self.passed_on += work;
-        Posting { work, ..Posting::default() }
+        EffectWork { work, ..EffectWork::default() }
     }
 
     fn reading_names(&self) -> Vec<String> {

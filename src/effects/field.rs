@@ -6,7 +6,7 @@
 
 use crate::field::{self, Field, Half, Masses};
 use crate::net::Net;
-use crate::state::{Posting, State};
+use crate::state::{EffectWork, State};
 use crate::target::{Motion, Target};
 
 use super::Effect;
@@ -52,26 +52,26 @@ impl<F: Field> Effect for Active<F> {
         true
     }
 
-    fn open(&mut self, state: &mut State, step: f64) -> Posting {
+    fn open(&mut self, state: &mut State, step: f64) -> EffectWork {
         self.stored
             .get_or_insert_with(|| field::stored_energy(&self.field.at(state.time), state, &self.masses));
         self.middle = state.time + 0.5 * step;
         field::kick(&self.field.over(state.time, self.middle), Half::First, state, &self.masses)
     }
 
-    fn close(&mut self, state: &mut State, _step: f64) -> Posting {
+    fn close(&mut self, state: &mut State, _step: f64) -> EffectWork {
         let posting =
             field::kick(&self.field.over(self.middle, state.time), Half::Second, state, &self.masses);
-        Posting { count: self.masses.knots.len() as u64, ..posting }
+        EffectWork { count: self.masses.knots.len() as u64, ..posting }
     }
 
     fn stored_energy(&self, state: &State) -> f64 {
         field::stored_energy(&self.field.at(state.time), state, &self.masses)
     }
 
-    fn account(&mut self, _before: &State, after: &State) -> Posting {
+    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
         let now = self.stored_energy(after);
         let rise = now - self.stored.replace(now).unwrap_or(now);
-        Posting { work: rise, ..Posting::default() }
+        EffectWork { work: rise, ..EffectWork::default() }
     }
 }

@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 use super::{Effect, Parameters};
 use crate::friction;
 use crate::net::Net;
-use crate::plan::Plan;
+use crate::options::BuildOptions;
 use crate::quantity::Positive;
-use crate::state::{Posting, State};
+use crate::state::{EffectWork, State};
 use crate::target::Target;
 
 /// Parameters of friction.
@@ -81,7 +81,7 @@ impl Effect for Friction {
         true
     }
 
-    fn install(&self, plan: &mut Plan) {
+    fn install(&self, plan: &mut BuildOptions) {
         plan.friction = Some(self.contact_law());
     }
 
@@ -89,12 +89,12 @@ impl Effect for Friction {
         format!("friction at every contact, coefficient {}", self.coefficient)
     }
 
-    fn account(&mut self, _before: &State, after: &State) -> Posting {
+    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
         let rubbing = after.contacts.iter().filter(|contact| contact.friction.norm_squared() > 0.0);
-        Posting {
+        EffectWork {
             work: -after.contacts.iter().map(|contact| contact.friction_loss).sum::<f64>(),
             count: rubbing.count() as u64,
-            ..Posting::default()
+            ..EffectWork::default()
         }
     }
 }

@@ -20,10 +20,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::closing::Mechanism;
 use crate::net::Net;
-use crate::plan::{Plan, Setting};
+use crate::options::{BuildOptions, Setting};
 use crate::problems::Problems;
 use crate::read::join;
-use crate::state::{Body, Contact, Knots, Loads, Posting, State};
+use crate::state::{Body, Contact, EffectWork, Forces, Knots, State};
 use crate::target::Target;
 use crate::target::files::Files;
 
@@ -47,7 +47,7 @@ pub trait Effect: Send {
     fn name(&self) -> &'static str;
 
     /// What it asks of the world before that is built.
-    fn install(&self, _plan: &mut Plan) {}
+    fn install(&self, _plan: &mut BuildOptions) {}
 
     /// Builds what depends on the whole scene, after all effects have said what they ask for.
     fn prepare(&mut self, _setting: &Setting<'_>) {}
@@ -65,14 +65,14 @@ pub trait Effect: Send {
 
     /// Acts before everything else in a step of `step` seconds: changes velocities of knots and bodies,
     /// moves bodies of its own. Returns what it did.
-    fn open(&mut self, _state: &mut State, _step: f64) -> Posting {
-        Posting::default()
+    fn open(&mut self, _state: &mut State, _step: f64) -> EffectWork {
+        EffectWork::default()
     }
 
     /// Acts after everything else in the step, in the reverse order of the list: changes velocities of
     /// knots and bodies.
-    fn close(&mut self, _state: &mut State, _step: f64) -> Posting {
-        Posting::default()
+    fn close(&mut self, _state: &mut State, _step: f64) -> EffectWork {
+        EffectWork::default()
     }
 
     /// Whether it applies forces; one that does not is not called for them.
@@ -81,7 +81,7 @@ pub trait Effect: Send {
     }
 
     /// Adds its forces on knots and target for the coming step.
-    fn act(&mut self, _state: &State, _loads: &mut Loads) {}
+    fn act(&mut self, _state: &State, _loads: &mut Forces) {}
 
     /// Hears the state at the start of a step, before its threads pull or its contacts press.
     fn watch(&mut self, _state: &State) {}
@@ -126,7 +126,7 @@ pub trait Effect: Send {
     }
 
     /// What it did within the step that led from `before` to `after`.
-    fn account(&mut self, before: &State, after: &State) -> Posting;
+    fn account(&mut self, before: &State, after: &State) -> EffectWork;
 
     /// Names of what it has to say in every frame, as columns of the time series.
     fn reading_names(&self) -> Vec<String> {

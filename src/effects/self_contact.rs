@@ -11,7 +11,7 @@ use super::{Effect, Parameters};
 use crate::contact::pairs::{PairWatch, bullet_radius};
 use crate::net::Net;
 use crate::quantity::Positive;
-use crate::state::{Body, Knots, Posting, State};
+use crate::state::{Body, EffectWork, Knots, State};
 use crate::target::Target;
 
 /// Parameters of self contact.
@@ -64,7 +64,7 @@ impl Effect for Active {
         self.watch.answer(knots, step, touched);
     }
 
-    fn account(&mut self, before: &State, after: &State) -> Posting {
+    fn account(&mut self, before: &State, after: &State) -> EffectWork {
         self.watch.account(&before.knots, &after.knots)
     }
 }

@@ -21,7 +21,7 @@ use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism};
 use crate::net::Net;
 use crate::quantity::Positive;
-use crate::state::{Posting, State};
+use crate::state::{EffectWork, State};
 use crate::target::Target;
 
 /// Distance of the winch over the side of the net, at least.
@@ -112,7 +112,7 @@ impl Effect for Active {
         }
     }
 
-    fn account(&mut self, _before: &State, after: &State) -> Posting {
+    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
         self.mechanism.account(&after.knots)
     }
 

@@ -34,7 +34,7 @@ pub mod profile;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::state::{Body, Posting, State};
+use crate::state::{Body, EffectWork, State};
 
 /// What the frame does at any time.
 pub trait Field: Send {
@@ -232,8 +232,8 @@ pub struct Masses {
 }
 
 /// Kicks all knots and free bodies of `state`; returns the work and the impulses.
-pub fn kick(span: &Span, half: Half, state: &mut State, masses: &Masses) -> Posting {
-    let mut posting = Posting::default();
+pub fn kick(span: &Span, half: Half, state: &mut State, masses: &Masses) -> EffectWork {
+    let mut posting = EffectWork::default();
     let knots = &mut state.knots;
     for ((position, velocity), mass) in knots.position.iter().zip(&mut knots.velocity).zip(&masses.knots) {
         let change = span.kick(half, position, velocity);

@@ -6,8 +6,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::audit::Ledger;
 use crate::case::Case;
-use crate::ledger::Ledger;
 use crate::run::Run;
 
 /// Conservation residuals of a run.

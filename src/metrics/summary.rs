@@ -170,7 +170,7 @@ pub struct WorkSummary {
     pub cable_rows: u64,
     /// Cables that snapped taut within a step.
     pub snaps: u64,
-    /// Sweeps over all rows, summed over the sub-steps.
+    /// SolverIterations over all rows, summed over the sub-steps.
     pub sweeps: u64,
 }
 
@@ -178,7 +178,7 @@ impl Summary {
     /// The summary of `run`, with the capture curves worked out before.
     pub fn of(case: &Case, run: &Run, curves: &Curves) -> Summary {
         let has_target = case.target.is_some();
-        let step = case.pace.step;
+        let step = case.time_step.step;
         let extremes = &run.extremes;
         Summary {
             title: case.scene.title.clone(),

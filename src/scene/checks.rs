@@ -1,8 +1,7 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
 use super::schema::Scene;
-use crate::cables::explicit::{self, RESOLVES};
-use crate::case::{self, Pace};
+use crate::case::{self, TimeStep};
 use crate::closing::trigger::Trigger;
 use crate::effects::chaser;
 use crate::limits::{Limit, Limits};
@@ -10,6 +9,7 @@ use crate::metrics::summary::Summary;
 use crate::net::{Net, spec};
 use crate::problems::Problems;
 use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
+use crate::step::mass_spring::stability::{self, RESOLVES};
 use crate::target::Target;
 use crate::target::spec::Motion;
 
@@ -143,7 +143,7 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
 /// them, and a step that makes energy is cut into as many parts.
 fn check_parts(scene: &Scene, net: &Net, step: f64, problems: &mut Problems) {
     let shortest = step / MAX_PARTS;
-    let stable = RESOLVES * explicit::stable_step(net);
+    let stable = RESOLVES * stability::stable_step(net);
     if scene.solver.cables == CableModel::Joints && stable < shortest {
         problems.add(
             "solver.step_s",
@@ -155,16 +155,16 @@ fn check_parts(scene: &Scene, net: &Net, step: f64, problems: &mut Problems) {
     }
 }
 
-/// Checks what net and target allow the solver, which steps at `pace`.
+/// Checks what net and target allow the solver, which steps so.
 pub fn check_built(
     scene: &Scene,
     net: &Net,
     target: Option<&Target>,
-    pace: Pace,
+    time_step: TimeStep,
     limits: &Limits,
     problems: &mut Problems,
 ) {
-    let step = pace.step;
+    let step = time_step.step;
     let stable = case::stable_step(scene, net, target);
     if let Some(given) = scene.solver.step_s.filter(|given| given.0 > stable) {
         problems.add(
@@ -183,7 +183,7 @@ pub fn check_built(
         );
     }
     // The step that was chosen, where the scene leaves it out.
-    let substeps = if scene.solver.cables == CableModel::Explicit { pace.substeps } else { 1 };
+    let substeps = if scene.solver.cables == CableModel::Explicit { time_step.substeps } else { 1 };
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     check_parts(scene, net, step, problems);
     let Some(target) = target else { return };

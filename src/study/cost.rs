@@ -205,7 +205,7 @@ pub fn run(
 
     tell("stability");
     let opened = crate::metrics::deployment::Deployment::of(&base, &first).deployment_time_s;
-    let maps = map::maps(&base, opened.max(base.pace.step), by(shares.maps));
+    let maps = map::maps(&base, opened.max(base.time_step.step), by(shares.maps));
 
     let mut study = Study {
         title: base.scene.title.clone(),

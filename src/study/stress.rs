@@ -155,7 +155,7 @@ pub fn n_runs(cases: &[Hard], pairs: &[&str]) -> usize {
 
 /// Steps of knots: about what a run costs.
 fn work(case: &Case) -> u64 {
-    case.n_steps() * u64::from(case.pace.substeps) * case.net.n_knots() as u64
+    case.n_steps() * u64::from(case.time_step.substeps) * case.net.n_knots() as u64
 }
 
 /// The row of a case before anything ran, and the runs it needs.
@@ -269,7 +269,7 @@ impl Hard {
         let factor = share * self.times_step;
         if factor != 1.0 {
             // The pair's own step is known only now.
-            let step = case.scene.solver.step_s.map_or(case.pace.step, |step| step.0);
+            let step = case.scene.solver.step_s.map_or(case.time_step.step, |step| step.0);
             source.set(&[format!("solver.step_s={:e}", factor * step)])?;
             case = Case::build(&source)?;
         }

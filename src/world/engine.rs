@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 use super::rapier;
 use crate::friction::Law;
 use crate::net::Net;
-use crate::state::{Body, Contact, Knots, Loads, State};
+use crate::state::{Body, Contact, Forces, Knots, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
 use crate::world::{Census, Setup};
@@ -166,7 +166,7 @@ impl World {
         }
     }
 
-    pub fn apply(&mut self, loads: &Loads) {
+    pub fn apply(&mut self, loads: &Forces) {
         if loads.on_knots.is_empty() {
             return;
         }

@@ -13,16 +13,14 @@
 //! digit (`tests/precision.rs`).
 
 mod double;
-pub mod parts;
 mod single;
-pub mod sweeps;
 
 use nalgebra::Vector3;
 
 use crate::friction::Law;
 use crate::net::Net;
 use crate::solver::Precision;
-use crate::state::{Body, Contact, Loads, State};
+use crate::state::{Body, Contact, Forces, State};
 use crate::target::Target;
 
 pub use double::engine::settings;
@@ -125,7 +123,7 @@ impl World {
     }
 
     /// Applies the forces of effects over the next step; none where no effect applies any.
-    pub fn apply(&mut self, loads: &Loads) {
+    pub fn apply(&mut self, loads: &Forces) {
         either!(Engine, &mut self.0, engine => engine.apply(loads));
     }
 

@@ -23,7 +23,7 @@ pub fn parameters(step: f64, substeps: u32, prediction: f64) -> IntegrationParam
     IntegrationParameters {
         dt: real(step),
         num_solver_iterations: substeps as usize,
-        // Set anew for every step: see `sweeps`.
+        // Set anew for every step: see `step::iterations`.
         num_internal_pgs_iterations: 1,
         // The bias-free pass drops the spring of a joint's limit: a soft rope would barely pull
         // and never rebound.

@@ -3,11 +3,11 @@
 #![allow(dead_code)] // each of its users uses its own part
 
 use nalgebra::Vector3;
+use tumblenet::audit::EnergyAudit;
 use tumblenet::case::Case;
-use tumblenet::ledger::Bookkeeper;
-use tumblenet::method::{Method, Pull};
 use tumblenet::simulation::Simulation;
 use tumblenet::state::{Body, Contact, Knots, State};
+use tumblenet::step::{Method, Pull};
 use tumblenet::work::{Clock, Work};
 
 /// A run without any hook of effects.
@@ -16,7 +16,7 @@ pub struct Bare {
     pub state: State,
     before: State,
     method: Method,
-    books: Bookkeeper,
+    audit: EnergyAudit,
     work: Work,
     launch_energy: f64,
     step: f64,
@@ -59,7 +59,7 @@ impl Bare {
         Bare {
             before: state.clone(),
             method: Method::new(case, &plan),
-            books: Bookkeeper::open(&case.net, case.target.as_ref(), &[], &state),
+            audit: EnergyAudit::start(&case.net, case.target.as_ref(), &[], &state),
             work: Work::default(),
             launch_energy: case.net.launch_energy(),
             step: plan.step,
@@ -74,9 +74,9 @@ impl Bare {
         self.state.step += 1;
         self.state.time = self.state.step as f64 * self.step;
         let mut clock = Clock::start();
-        let energy = self.books.ledger.own();
-        self.books.book(&self.before, &self.state, &mut [], &mut []);
-        self.method.hear_gain((self.books.ledger.own() - energy) / self.launch_energy);
+        let energy = self.audit.ledger.own();
+        self.audit.record(&self.before, &self.state, &mut [], &mut []);
+        self.method.hear_gain((self.audit.ledger.own() - energy) / self.launch_energy);
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::dials::{Kind, explicit_changes, two_digits};
 use super::{Measured, Study};
-use crate::cables::explicit::stable_step;
 use crate::case::{self, Case};
 use crate::provenance::Provenance;
 use crate::solver::{CableModel, ContactModel, Integrator};
+use crate::step::mass_spring::stability::stable_step;
 
 /// The table that travels inside the program.
 const TABLE: &str = include_str!("../../../assets/accuracy.json");

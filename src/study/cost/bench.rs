@@ -185,7 +185,7 @@ impl Measured {
 /// Work of a run in units that are about alike, for guesses of its time only.
 pub fn units(case: &Case) -> f64 {
     let n_steps = case.n_steps() as f64;
-    let n_substeps = n_steps * f64::from(case.pace.substeps);
+    let n_substeps = n_steps * f64::from(case.time_step.substeps);
     let n_cables = case.net.cables.len() as f64;
     match case.scene.solver.cables {
         // A cable and sub-step of the explicit net is about a fiftieth of one of the engine.

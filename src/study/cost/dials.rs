@@ -9,12 +9,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::cables::explicit::stable_step;
 use crate::case::Case;
 use crate::problems::Problems;
 use crate::read;
 use crate::scene::Source;
 use crate::solver::{CableModel, ContactModel, Integrator, JOINTS_STEP, Precision};
+use crate::step::mass_spring::stability::stable_step;
 
 /// Steps of the engine that are tried [s].
 const STEPS: [f64; 8] = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5];

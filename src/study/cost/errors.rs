@@ -81,7 +81,7 @@ pub struct Counts {
     pub steps: u64,
     /// Sub-steps.
     pub substeps: u64,
-    /// Sweeps over all rows, summed over the sub-steps.
+    /// SolverIterations over all rows, summed over the sub-steps.
     pub sweeps: u64,
     /// Cable rows, summed over the steps.
     pub rows: u64,

@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::cables::explicit::stable_step;
-use crate::case::{Case, Pace};
+use crate::case::{Case, TimeStep};
 use crate::net::Net;
 use crate::run::Run;
 use crate::solver::{CableModel, ContactModel, Flight, JOINTS_STEP};
+use crate::step::mass_spring::stability::stable_step;
 
 /// Factors on the stiffness.
 const STIFFNESS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
@@ -102,13 +102,13 @@ fn with_method(free: &Case, cables: CableModel, step: f64) -> Case {
         CableModel::Joints => ContactModel::Rapier,
         _ => ContactModel::Impulse,
     };
-    case.pace = match cables {
+    case.time_step = match cables {
         // Many sub-steps to a step: energy need not be looked at after each.
         CableModel::Explicit => {
             let substeps = (JOINTS_STEP / step).ceil().max(1.0);
-            Pace { step: substeps * step, substeps: substeps as u32 }
+            TimeStep { step: substeps * step, substeps: substeps as u32 }
         }
-        _ => Pace { step, substeps: 1 },
+        _ => TimeStep { step, substeps: 1 },
     };
     case
 }

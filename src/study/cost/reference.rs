@@ -23,13 +23,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::dials::explicit_changes;
-use crate::cables::explicit::stable_step;
-use crate::cables::located;
 use crate::case::Case;
 use crate::metrics::deployment::Deployment;
 use crate::run::Run;
 use crate::scene::Source;
 use crate::solver::Integrator;
+use crate::step::mass_spring::dopri5;
+use crate::step::mass_spring::stability::stable_step;
 use crate::study::ensemble::{self, Quartiles, perturbed};
 
 /// Perturbation of the start [m].
@@ -168,7 +168,7 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
         // The second run starts where the first does; the others are perturbed.
         let tolerance = TOLERANCES[member.min(1)] * base.net.designed_area.sqrt();
         let case = start(base, member.saturating_sub(1), request.seed);
-        let knots = located::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
+        let knots = dopri5::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
         (
             group,
             Some(Member { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }),

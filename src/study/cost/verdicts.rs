@@ -102,7 +102,7 @@ pub fn distributions(
     store: &impl Store,
     tell: &mut impl FnMut(&str),
 ) -> Vec<Verdicts> {
-    let half = base.scene.solver.step_s.map_or(base.pace.step, |step| step.0) / 2.0;
+    let half = base.scene.solver.step_s.map_or(base.time_step.step, |step| step.0) / 2.0;
     let mut finer = source.clone();
     let finer = finer.set(&[format!("solver.step_s={half:e}")]).and_then(|()| Case::build(&finer));
     let finest = finer.as_ref().map(|case| ("as written, half the step", case));

@@ -104,7 +104,7 @@ impl Measured {
         Measured {
             failure,
             numbers: gauge.numbers(case),
-            step_s: case.scene.solver.step_s.map_or(case.pace.step, |step| step.0),
+            step_s: case.scene.solver.step_s.map_or(case.time_step.step, |step| step.0),
             steps: simulation.work.substeps,
             contacts: simulation.work.contacts,
             wall_s: started.elapsed().as_secs_f64(),
@@ -152,9 +152,9 @@ impl Gauge {
         let state = &simulation.state;
         let target = case.target.as_ref();
         let (centre, arm) = scene_size(case, state);
-        let start_momentum = simulation.books.momentum(state);
+        let start_momentum = simulation.audit.momentum(state);
         let parts = target.map_or(&[][..], |target| &target.parts);
-        let angular = simulation.books.angular_momentum(state) - centre.cross(&start_momentum);
+        let angular = simulation.audit.angular_momentum(state) - centre.cross(&start_momentum);
         let mut gauge = Gauge {
             parts: parts.iter().map(|part| part.primitive.thickness()).collect(),
             start_momentum,
@@ -193,19 +193,19 @@ impl Gauge {
     }
 
     fn conserve(&mut self, case: &Case, simulation: &Simulation) {
-        let (books, state) = (&simulation.books, &simulation.state);
+        let (audit, state) = (&simulation.audit, &simulation.state);
         let moving: f64 = case.net.mass.iter().zip(&state.knots.velocity).map(|(m, v)| m * v.norm()).sum();
         let target = case.target.as_ref().zip(state.target.as_ref());
         let of_target = target.map_or(0.0, |(target, body)| target.mass * body.velocity.norm());
         self.motion = self.motion.max(moving + of_target);
-        let momentum = books.momentum(state) - self.start_momentum - books.outside_impulse;
+        let momentum = audit.momentum(state) - self.start_momentum - audit.outside_impulse;
         self.momentum = larger(self.momentum, momentum.norm());
-        let angular = books.angular_momentum(state)
-            - self.centre.cross(&books.momentum(state))
+        let angular = audit.angular_momentum(state)
+            - self.centre.cross(&audit.momentum(state))
             - self.start_angular_momentum
-            - (books.outside_angular_impulse - self.centre.cross(&books.outside_impulse));
+            - (audit.outside_angular_impulse - self.centre.cross(&audit.outside_impulse));
         self.angular_momentum = larger(self.angular_momentum, angular.norm());
-        let ledger = &books.ledger;
+        let ledger = &audit.ledger;
         self.energy = larger(self.energy, ledger.own() - ledger.start);
         // What came in since the start, whatever went out again: the largest so far.
         let work = ledger.drive.max(0.0) + ledger.effects.iter().map(|work| work.max(0.0)).sum::<f64>();

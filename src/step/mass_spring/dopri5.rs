@@ -12,7 +12,7 @@
 
 use nalgebra::Vector3;
 
-use super::explicit::stable_step;
+use super::stability::stable_step;
 use crate::cable::Cable;
 use crate::net::Net;
 
@@ -42,7 +42,7 @@ pub struct Flight {
 /// Flies `net` from its fold through `times` [s] (ascending, from 0), with local errors of at most
 /// `tolerance` metres a step, until `go_on` says no.
 pub fn fly(net: &Net, times: &[f64], tolerance: f64, go_on: impl Fn() -> bool) -> Flight {
-    let mut located = Located::new(net, tolerance);
+    let mut located = Dopri5::new(net, tolerance);
     located.load(&net.folded, &net.launch_velocity, &[]);
     let mut flight = Flight::default();
     let mut now = 0.0;
@@ -67,11 +67,11 @@ enum Mode {
     Slack,
     Pulling,
     /// Longer than at rest, yet without tension: the dashpot alone would push.
-    Limp,
+    Unloaded,
 }
 
 /// The net under way.
-pub struct Located {
+pub struct Dopri5 {
     cables: Vec<Cable>,
     mass: Vec<f64>,
     modes: Vec<Mode>,
@@ -109,12 +109,12 @@ const STAGES: [&[f64]; 6] = [
 const ERROR: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
-impl Located {
+impl Dopri5 {
     /// The cables of `net`, with local errors of at most `tolerance` metres a step.
-    pub fn new(net: &Net, tolerance: f64) -> Located {
+    pub fn new(net: &Net, tolerance: f64) -> Dopri5 {
         let n = 3 * net.n_knots();
         let stable = stable_step(net);
-        Located {
+        Dopri5 {
             cables: net.cables.clone(),
             mass: net.mass.clone(),
             modes: vec![Mode::Slack; net.cables.len()],
@@ -301,7 +301,7 @@ fn mode_by(cable: &Cable, pull: f64, length: f64) -> Mode {
     match (length > cable.rest_length, pull > 0.0) {
         (false, _) => Mode::Slack,
         (true, true) => Mode::Pulling,
-        (true, false) => Mode::Limp,
+        (true, false) => Mode::Unloaded,
     }
 }
 
@@ -333,7 +333,7 @@ struct Path {
 }
 
 impl Path {
-    fn of(net: &Located, cable: &Cable, step: f64) -> Path {
+    fn of(net: &Dopri5, cable: &Cable, step: f64) -> Path {
         let of = |y: &[f64], slope: &[f64]| [across(y, cable), parting(y, cable), parting(slope, cable)];
         Path { step, from: of(&net.y, &net.slopes[0]), to: of(&net.trial, &net.slopes[6]) }
     }

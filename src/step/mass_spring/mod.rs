@@ -1,20 +1,24 @@
 //! A step with the explicit net: sub-steps of cables and contact, the engine asked for contacts only.
 
+pub mod dopri5;
+pub mod kernel;
+pub mod stability;
+
 use nalgebra::Vector3;
 
-use super::Pull;
-use crate::cables::explicit::ExplicitNet;
 use crate::case::Case;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Failure};
-use crate::plan::Plan;
+use crate::options::BuildOptions;
 use crate::state::State;
+use crate::step::Pull;
 use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
+use kernel::ExplicitNet;
 
 /// Cables as an explicit net.
-pub struct ExplicitMethod {
+pub struct MassSpring {
     net: ExplicitNet,
     motion: Option<RigidMotion>,
     watch: Option<Watch>,
@@ -25,24 +29,24 @@ pub struct ExplicitMethod {
     n_substeps: u32,
 }
 
-impl ExplicitMethod {
+impl MassSpring {
     /// The method for `case`.
-    pub fn new(case: &Case, plan: &Plan) -> ExplicitMethod {
-        ExplicitMethod {
-            watch: super::watch(case, plan),
-            ..ExplicitMethod::with_substeps(case, plan.step, plan.substeps)
+    pub fn new(case: &Case, plan: &BuildOptions) -> MassSpring {
+        MassSpring {
+            watch: crate::step::watch(case, plan),
+            ..MassSpring::with_substeps(case, plan.step, plan.substeps)
         }
     }
 
     /// The explicit net that flies a run with joints until the boxes meet: no contact.
-    pub fn flight(case: &Case) -> ExplicitMethod {
-        let n_substeps = (case.pace.step / case.safe_substep()).ceil().max(1.0) as u32;
-        ExplicitMethod::with_substeps(case, case.pace.step, n_substeps)
+    pub fn flight(case: &Case) -> MassSpring {
+        let n_substeps = (case.time_step.step / case.safe_substep()).ceil().max(1.0) as u32;
+        MassSpring::with_substeps(case, case.time_step.step, n_substeps)
     }
 
-    fn with_substeps(case: &Case, step: f64, n_substeps: u32) -> ExplicitMethod {
+    fn with_substeps(case: &Case, step: f64, n_substeps: u32) -> MassSpring {
         let solver = &case.scene.solver;
-        ExplicitMethod {
+        MassSpring {
             net: ExplicitNet::new(&case.net, solver.integrator, solver.tolerance_m.0),
             motion: case.target.as_ref().map(RigidMotion::of),
             watch: None,

@@ -25,7 +25,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::cable::Cable;
 use crate::effects::Effect;
 use crate::net::Net;
-use crate::state::{Posting, State};
+use crate::state::{EffectWork, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
 use crate::work::Clock;
@@ -79,7 +79,7 @@ impl Ledger {
 }
 
 /// Keeps the ledger and the momenta of a run.
-pub struct Bookkeeper {
+pub struct EnergyAudit {
     net_mass: Vec<f64>,
     cables: Vec<Cable>,
     target: Option<TargetMass>,
@@ -101,10 +101,10 @@ struct TargetMass {
     motion: Motion,
 }
 
-impl Bookkeeper {
-    /// Opens the ledger at `state`.
-    pub fn open(net: &Net, target: Option<&Target>, effects: &[Box<dyn Effect>], state: &State) -> Self {
-        let mut keeper = Bookkeeper {
+impl EnergyAudit {
+    /// Starts the ledger at `state`.
+    pub fn start(net: &Net, target: Option<&Target>, effects: &[Box<dyn Effect>], state: &State) -> Self {
+        let mut audit = EnergyAudit {
             net_mass: net.mass.clone(),
             cables: net.cables.clone(),
             target: target.map(|target| TargetMass {
@@ -118,25 +118,25 @@ impl Bookkeeper {
             effect_counts: vec![0; effects.len()],
             internal: effects.iter().map(|effect| effect.is_internal()).collect(),
         };
-        keeper.weigh(state);
-        keeper.weigh_stored(state, effects);
-        keeper.ledger.start = keeper.ledger.mechanical();
-        keeper
+        audit.measure(state);
+        audit.measure_stored(state, effects);
+        audit.ledger.start = audit.ledger.mechanical();
+        audit
     }
 
     /// Books what effect `index` did at an end of a step.
-    pub fn post(&mut self, index: usize, posting: &Posting) {
-        self.ledger.effects[index] += posting.work;
+    pub fn add(&mut self, index: usize, work: &EffectWork) {
+        self.ledger.effects[index] += work.work;
         if !self.internal[index] {
-            self.ledger.outside += posting.work;
+            self.ledger.outside += work.work;
         }
-        self.outside_impulse += posting.impulse;
-        self.outside_angular_impulse += posting.angular_impulse;
-        self.effect_counts[index] += posting.count;
+        self.outside_impulse += work.impulse;
+        self.outside_angular_impulse += work.angular_impulse;
+        self.effect_counts[index] += work.count;
     }
 
     /// Books the step that led from `before` to `after`; adds the time that each effect took.
-    pub fn book(
+    pub fn record(
         &mut self,
         before: &State,
         after: &State,
@@ -144,7 +144,7 @@ impl Bookkeeper {
         times: &mut [Duration],
     ) {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
-        self.weigh(after);
+        self.measure(after);
 
         let held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
         let mut on_knots = 0.0; // work of contacts and effects on the knots
@@ -168,20 +168,20 @@ impl Bookkeeper {
         }
         for (index, (effect, time)) in effects.iter_mut().zip(times).enumerate() {
             let mut clock = Clock::start();
-            let posting = effect.account(before, after);
+            let work = effect.account(before, after);
             clock.lap(time);
-            on_knots += posting.on_knots;
-            self.post(index, &posting);
+            on_knots += work.on_knots;
+            self.add(index, &work);
         }
         // Last: an effect may settle what it stores in its account.
-        self.weigh_stored(after, effects);
+        self.measure_stored(after, effects);
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
         let by_cables = (self.ledger.kinetic_net - kinetic) - on_knots;
         self.ledger.cables -= by_cables + (self.ledger.elastic - elastic);
     }
 
-    fn weigh(&mut self, state: &State) {
-        self.weigh_motion(state);
+    fn measure(&mut self, state: &State) {
+        self.measure_motion(state);
         let position = &state.knots.position;
         self.ledger.elastic = self
             .cables
@@ -190,8 +190,8 @@ impl Bookkeeper {
             .sum();
     }
 
-    /// Weighs kinetic energies.
-    pub fn weigh_motion(&mut self, state: &State) {
+    /// Measures kinetic energies.
+    pub fn measure_motion(&mut self, state: &State) {
         let speeds = self.net_mass.iter().zip(&state.knots.velocity);
         self.ledger.kinetic_net = speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
         self.ledger.kinetic_target = match (&self.target, &state.target) {
@@ -203,8 +203,8 @@ impl Bookkeeper {
         };
     }
 
-    /// Weighs what `effects` store.
-    pub fn weigh_stored(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
+    /// Measures what `effects` store.
+    pub fn measure_stored(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
         self.ledger.stored = effects.iter().map(|effect| effect.stored_energy(state)).sum();
     }
 

@@ -14,25 +14,25 @@ const TOLERANCE: f64 = 1e-5;
 
 /// The number of sweeps, between its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sweeps {
+pub struct SolverIterations {
     least: u32,
     most: u32,
     now: u32,
 }
 
-impl Sweeps {
+impl SolverIterations {
     /// Starts at `least`; `most` is at least that.
-    pub fn new(least: u32, most: u32) -> Sweeps {
-        Sweeps { least, most: most.max(least), now: least }
+    pub fn new(least: u32, most: u32) -> SolverIterations {
+        SolverIterations { least, most: most.max(least), now: least }
     }
 
-    /// Sweeps for the coming step.
+    /// SolverIterations for the coming step.
     pub fn now(&self) -> u32 {
         self.now
     }
 
     /// Hears what energy the last step gained, over the launch energy.
-    pub fn hear(&mut self, gain: f64) {
+    pub fn adapt(&mut self, gain: f64) {
         self.now = if gain > TOLERANCE {
             (2 * self.now).min(self.most)
         } else {

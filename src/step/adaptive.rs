@@ -1,7 +1,7 @@
 //! Into how many parts a step is cut: one, and more where its cables would make energy, or a jerk within
 //! it would lengthen a thread beyond its reels.
 //!
-//! Sweeps alone do not save a step that is long against the cables' own period: rows that did not
+//! SolverIterations alone do not save a step that is long against the cables' own period: rows that did not
 //! converge leave stretch, stretch of a stiff cable is energy, and the next step turns a part of it
 //! into speed. A net of 6 x 6 meshes of 7 cm around a box (`stress e-`) gained so, over its launch
 //! energy: at 0.5 ms nothing with nylon, 5 with 70 GPa, 18 with 230 GPa; at 5 ms 430 and 240 000. In
@@ -10,25 +10,25 @@
 //! those of an explicit net, where an implicit row is nearly exact; the number then falls by an
 //! eighth a step.
 
-/// Energy that cables may make within a step, over the largest that the net has had. Sweeps answer to
-/// less (see [`super::sweeps`]). With 1e-5, 1e-4, 3e-4 and 1e-3 the free Cubesat takes 13 600, 8 000, 6 700
+/// Energy that cables may make within a step, over the largest that the net has had. SolverIterations answer to
+/// less (see [`super::iterations`]). With 1e-5, 1e-4, 3e-4 and 1e-3 the free Cubesat takes 13 600, 8 000, 6 700
 /// and 6 000 parts for its 6 000 steps. Between frames the Cubesat at 1 rad/s with a knot in the middle of
 /// every cable gains 3e-4, 8e-4 and 2e-3 of the launch energy with 1e-4, 2e-4 and 3e-4.
 const TOLERANCE: f64 = 2e-4;
 
 /// The number of parts, between 1 and its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parts {
+pub struct AdaptiveSubstep {
     most: u32,
     now: u32,
     /// Largest energy of the net so far [J].
     scale: f64,
 }
 
-impl Parts {
+impl AdaptiveSubstep {
     /// Starts with whole steps; at most `most` parts.
-    pub fn new(most: u32) -> Parts {
-        Parts { most: most.max(1), now: 1, scale: 0.0 }
+    pub fn new(most: u32) -> AdaptiveSubstep {
+        AdaptiveSubstep { most: most.max(1), now: 1, scale: 0.0 }
     }
 
     /// Parts of the coming step.
@@ -44,7 +44,7 @@ impl Parts {
     /// Hears that cables made `gain` of energy in a step that ended with `energy` in the net [J], and
     /// whether threads `overran` in it. Whether that will do; if not, the step is to be done again in the
     /// parts that are now asked for.
-    pub fn hear(&mut self, gain: f64, energy: f64, overran: bool) -> bool {
+    pub fn accept(&mut self, gain: f64, energy: f64, overran: bool) -> bool {
         // A gain that is no number will not do either.
         let too_much = overran || gain.is_nan() || gain > TOLERANCE * self.scale;
         if too_much && self.now < self.most {
@@ -68,19 +68,19 @@ mod tests {
 
     #[test]
     fn a_step_that_makes_energy_is_cut_until_it_makes_none() {
-        let mut parts = Parts::new(24);
-        parts.start(1.0);
-        let mut asked = vec![parts.now()];
-        while !parts.hear(1e-3, 1.001, false) {
-            asked.push(parts.now());
+        let mut substep = AdaptiveSubstep::new(24);
+        substep.start(1.0);
+        let mut asked = vec![substep.now()];
+        while !substep.accept(1e-3, 1.001, false) {
+            asked.push(substep.now());
         }
         assert_eq!(asked, [1, 2, 4, 8, 16, 24], "at the bound it has to do");
         for _ in 0..40 {
-            assert!(parts.hear(0.0, 1.0, false));
+            assert!(substep.accept(0.0, 1.0, false));
         }
-        assert_eq!(parts.now(), 1);
-        assert!(!parts.hear(0.0, 1.0, true), "threads");
-        assert_eq!(parts.now(), 2);
-        assert!(!parts.hear(f64::NAN, f64::NAN, false), "what is not a number will not do");
+        assert_eq!(substep.now(), 1);
+        assert!(!substep.accept(0.0, 1.0, true), "threads");
+        assert_eq!(substep.now(), 2);
+        assert!(!substep.accept(f64::NAN, f64::NAN, false), "what is not a number will not do");
     }
 }

@@ -2,18 +2,20 @@
 //!
 //! | | contact by the engine | contact by our own response |
 //! |---|---|---|
-//! | [`joints`] | yes, the default | yes: the same cables, another answer |
-//! | [`explicit`] | no: the engine solves contacts of bodies that it moves itself | yes: the source's solver |
+//! | [`rapier_joints`] | yes, the default | yes: the same cables, another answer |
+//! | [`mass_spring`] | no: the engine solves contacts of bodies that it moves itself | yes: the source's solver |
 
-pub mod explicit;
-pub mod joints;
+pub mod adaptive;
+pub mod iterations;
+pub mod mass_spring;
+pub mod rapier_joints;
 
 use crate::case::Case;
 use crate::contact::impulse::Impulse;
 use crate::contact::penalty::Penalty;
 use crate::contact::watch::{Response, Watch};
 use crate::failure::Failure;
-use crate::plan::Plan;
+use crate::options::BuildOptions;
 use crate::solver::{CableModel, ContactModel};
 use crate::state::{Body, Contact, Knots, State};
 use crate::work::Work;
@@ -22,17 +24,17 @@ use crate::world::Census;
 /// The method of a run.
 pub enum Method {
     /// Cables as joints of the engine.
-    Joints(Box<joints::JointsMethod>),
+    Joints(Box<rapier_joints::RapierJoints>),
     /// Cables as an explicit net.
-    Explicit(Box<explicit::ExplicitMethod>),
+    Explicit(Box<mass_spring::MassSpring>),
 }
 
 impl Method {
     /// The method that `case` asks for; `plan` holds what effects ask of it.
-    pub fn new(case: &Case, plan: &Plan) -> Method {
+    pub fn new(case: &Case, plan: &BuildOptions) -> Method {
         match case.scene.solver.cables {
-            CableModel::Joints => Method::Joints(Box::new(joints::JointsMethod::new(case, plan))),
-            CableModel::Explicit => Method::Explicit(Box::new(explicit::ExplicitMethod::new(case, plan))),
+            CableModel::Joints => Method::Joints(Box::new(rapier_joints::RapierJoints::new(case, plan))),
+            CableModel::Explicit => Method::Explicit(Box::new(mass_spring::MassSpring::new(case, plan))),
         }
     }
 
@@ -64,7 +66,7 @@ impl Method {
     /// Hears what energy the step gained, over the launch energy.
     pub fn hear_gain(&mut self, gain: f64) {
         if let Method::Joints(method) = self {
-            method.sweeps.hear(gain);
+            method.iterations.adapt(gain);
         }
     }
 
@@ -110,7 +112,7 @@ pub trait Pull {
 }
 
 /// The watch over the target for a response of our own; none for the engine's, or without a target.
-fn watch(case: &Case, plan: &Plan) -> Option<Watch> {
+fn watch(case: &Case, plan: &BuildOptions) -> Option<Watch> {
     let target = case.target.as_ref()?;
     let response = match case.scene.solver.contact {
         ContactModel::Rapier => return None,

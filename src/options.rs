@@ -8,7 +8,7 @@ use crate::world::Setup;
 
 /// What solver and effects ask for.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plan {
+pub struct BuildOptions {
     /// Time step [s].
     pub step: f64,
     /// Sub-steps within a step.
@@ -35,14 +35,14 @@ pub struct Setting<'a> {
     /// The numerical method.
     pub solver: &'a Solver,
     /// What all effects ask for.
-    pub plan: &'a Plan,
+    pub plan: &'a BuildOptions,
     /// Distance from which responses of our own watch the net [m].
     pub reach: f64,
     /// Speed of contact that steps are chosen for [m/s].
     pub contact_speed: f64,
 }
 
-impl Plan {
+impl BuildOptions {
     /// How the engine's world is set up for it.
     pub fn setup(&self) -> Setup {
         Setup {

@@ -1,36 +1,38 @@
 //! A step with cables as joints of the engine, and contact by the engine or by a response of our own.
 
+pub mod cables;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::Pull;
-use super::explicit::ExplicitMethod;
-use crate::cables::joints::Joints;
 use crate::case::Case;
 use crate::contact::rapier::Rapier;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Failure};
-use crate::plan::Plan;
+use crate::options::BuildOptions;
 use crate::solver::{ContactModel, Flight};
 use crate::state::{Body, Knots, State};
+use crate::step::Pull;
+use crate::step::adaptive::AdaptiveSubstep;
+use crate::step::iterations::SolverIterations;
+use crate::step::mass_spring::MassSpring;
 use crate::work::{Clock, Work};
-use crate::world::parts::Parts;
-use crate::world::sweeps::Sweeps;
 use crate::world::{Census, World};
+use cables::Joints;
 
 /// Cables as joints of the engine.
-pub struct JointsMethod {
-    /// Sweeps over all rows in a sub-step.
-    pub sweeps: Sweeps,
+pub struct RapierJoints {
+    /// SolverIterations over all rows in a sub-step.
+    pub iterations: SolverIterations,
     world: World,
     cables: Joints,
     /// The engine's answer to contacts, or one of ours; neither without a target.
     rapier: Option<Rapier>,
     watch: Option<Watch>,
     /// The explicit net that flies until the boxes meet.
-    flight: Option<ExplicitMethod>,
+    flight: Option<MassSpring>,
     inverse_mass: Vec<f64>,
     /// Parts of a step.
-    parts: Parts,
+    substep: AdaptiveSubstep,
     pressed: Pressed,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
@@ -51,18 +53,18 @@ struct Pressed {
     target: Option<(Vector3<f64>, Vector3<f64>)>,
 }
 
-impl JointsMethod {
+impl RapierJoints {
     /// The method for `case`.
-    pub fn new(case: &Case, plan: &Plan) -> JointsMethod {
+    pub fn new(case: &Case, plan: &BuildOptions) -> RapierJoints {
         let mut world = World::new(&case.net, case.target.as_ref(), &plan.setup());
-        JointsMethod {
-            sweeps: Sweeps::new(case.scene.solver.sweeps, case.scene.solver.sweeps_max),
+        RapierJoints {
+            iterations: SolverIterations::new(case.scene.solver.sweeps, case.scene.solver.sweeps_max),
             cables: Joints::install(&case.net, case.scene.solver.snap_passes, &mut world),
             rapier: engine_contact(case, plan),
-            watch: super::watch(case, plan),
-            flight: (case.scene.solver.flight == Flight::Explicit).then(|| ExplicitMethod::flight(case)),
+            watch: crate::step::watch(case, plan),
+            flight: (case.scene.solver.flight == Flight::Explicit).then(|| MassSpring::flight(case)),
             inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
-            parts: Parts::new(most_parts(case, plan)),
+            substep: AdaptiveSubstep::new(most_parts(case, plan)),
             pressed: Pressed::default(),
             starts: Default::default(),
             touched: vec![false; case.net.n_knots()],
@@ -98,16 +100,16 @@ impl JointsMethod {
 
         self.starts[0].clone_from(state);
         let energy = self.cables.energy(&state.knots);
-        self.parts.start(energy);
+        self.substep.start(energy);
         self.pressed.is_known = false;
-        let may_cut = self.parts.may_cut();
+        let may_cut = self.substep.may_cut();
         if may_cut {
             pull.keep();
         }
         loop {
             let gain = self.in_parts(before, state, work, pull, &mut clock)? - energy;
             let overran = may_cut && pull.overran(&state.knots);
-            if self.parts.hear(gain, energy + gain, overran) {
+            if self.substep.accept(gain, energy + gain, overran) {
                 break;
             }
             // Cables made energy, or threads are too long: back to the start, and on in more parts.
@@ -145,7 +147,7 @@ impl JointsMethod {
         pull: &mut dyn Pull,
         clock: &mut Clock,
     ) -> Result<f64, Failure> {
-        let n_parts = self.parts.now();
+        let n_parts = self.substep.now();
         let step = self.step / f64::from(n_parts);
         let mut put_in = 0.0;
         state.contacts.clear();
@@ -173,9 +175,9 @@ impl JointsMethod {
 
             // Detection, contact rows, cable rows and motion, sub-step by sub-step.
             self.world.apply(&state.loads);
-            self.world.advance(state, step, self.sweeps.now());
+            self.world.advance(state, step, self.iterations.now());
             work.substeps += u64::from(self.substeps);
-            work.sweeps += u64::from(self.sweeps.now() * self.substeps);
+            work.sweeps += u64::from(self.iterations.now() * self.substeps);
             work.detections += u64::from(self.world.detecting());
             self.check_world(state)?;
             clock.lap(&mut work.stages.world);
@@ -275,14 +277,14 @@ impl JointsMethod {
 }
 
 /// The engine's answer to contacts, where the case asks for it.
-fn engine_contact(case: &Case, plan: &Plan) -> Option<Rapier> {
+fn engine_contact(case: &Case, plan: &BuildOptions) -> Option<Rapier> {
     let target = case.target.as_ref().filter(|_| plan.contact_by_engine)?;
     Some(Rapier::new(&case.net, target, plan.restitution))
 }
 
 /// Parts as short as the sub-steps of an explicit net. A response of our own acts once a step, so a
 /// step with it and a target has one part.
-fn most_parts(case: &Case, plan: &Plan) -> u32 {
+fn most_parts(case: &Case, plan: &BuildOptions) -> u32 {
     if case.target.is_some() && case.scene.solver.contact != ContactModel::Rapier {
         return 1;
     }
