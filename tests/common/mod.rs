@@ -21,6 +21,16 @@ pub fn below(what: &str, value: f64, bound: f64) {
     assert!(value < bound, "{what}: {value:e}, bound {bound:e}");
 }
 
+/// A tool that a test needs beside Rust, if it is there. Without it the test is skipped with a word, but not
+/// where `.ci/run` has installed it: a test that is always skipped tests nothing.
+pub fn tool<T>(name: &str, found: Option<T>) -> Option<T> {
+    if found.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "{name} is missing: `.ci/run` installs it");
+        eprintln!("SKIPPED: {name} is not installed");
+    }
+    found
+}
+
 /// Asserts that `value` lies in a band; prints what was measured.
 #[track_caller]
 pub fn within(what: &str, value: f64, band: [f64; 2]) {
