@@ -64,7 +64,8 @@ fn scene_pixels(picture: &[u8]) -> Vec<[u8; 3]> {
 
 #[test]
 fn a_replay_opens_in_a_browser_without_complaint() {
-    let Some(browser) = common::tool("a browser (Chromium in the path, or TUMBLENET_BROWSER)", browser()) else {
+    let Some(browser) = common::tool("a browser (Chromium in the path, or TUMBLENET_BROWSER)", browser())
+    else {
         return;
     };
     let case = common::scene("cubesat-free", &["duration_s=1.0"]);

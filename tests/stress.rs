@@ -54,10 +54,22 @@ fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
     assert!(row.halved.is_some(), "measured at half the step, too");
 
     // Foretold, without a limit and with one that does not help.
-    let foretold = strict.clone().limited(pair[0], "it cannot", &[]);
+    let strain = [("strain", -0.5, 2.0)];
+    let foretold = strict.clone().limited(pair[0], "it cannot", &[], &strain);
     assert_eq!(verdict(foretold).verdict, Verdict::DoesNotHold);
-    let helpless = strict.limited(pair[0], "it cannot", &["solver.sweeps=4"]);
+    let helpless = strict.clone().limited(pair[0], "it cannot", &["solver.sweeps=4"], &strain);
     assert_eq!(verdict(helpless).verdict, Verdict::Breaks);
+
+    // Worse than foretold, another number than foretold, and a limit that nothing needs any more.
+    for (case, band, words) in [
+        (&strict, ("strain", -1.0, -0.5), "foretold at most"),
+        (&strict, ("energy", 0.0, 1.0), "no word of it in the limit"),
+        (&named("one-point"), ("energy", 0.1, 1.0), "no longer needed"),
+    ] {
+        let row = verdict(case.clone().limited(pair[0], "it cannot", &[], &[band]));
+        assert_eq!(row.verdict, Verdict::Breaks, "{words}");
+        assert!(row.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", row.notes);
+    }
     let skipped = named("one-point").not_run(pair[0], "too long");
     assert_eq!(verdict(skipped).verdict, Verdict::NotRun);
 

@@ -5,11 +5,11 @@
 //!
 //! - **holds**: every bound is kept, at the case's step and, where the case asks for it, at half of it;
 //! - **refused**: the checks refuse it, at the place that the case names;
-//! - **holds from**: a bound is broken, as the case foretells with a reason, and kept with the settings
-//!   that the case names as the limit;
-//! - **does not hold**: a bound is broken, as the case foretells; no limit was found;
+//! - **holds from**: a bound is broken, as the case foretells with a reason and a band of numbers, and kept with
+//!   the settings that the case names as the limit;
+//! - **does not hold**: a bound is broken, within the band that the case foretells; no limit was found;
 //! - **not run**: it would take too long, as the case says;
-//! - **breaks**: anything else. A promise is broken.
+//! - **breaks**: anything else, a limit that is no longer needed among it. A promise is broken.
 
 pub mod catalogue;
 pub mod hard;
@@ -219,25 +219,30 @@ fn judge(row: &mut Row, limit: Option<&Limit>) {
     let Some(measured) = &row.measured else { return };
     let broken = measured.broken(&row.bounds);
     let halved = row.halved.as_ref().map(|halved| halved.broken(&row.bounds)).unwrap_or_default();
-    let at_limit = row.at_limit.as_ref().map(|at_limit| at_limit.broken(&row.bounds));
     row.notes.extend(broken.iter().cloned());
     row.notes.extend(halved.iter().map(|broken| format!("at half the step: {broken}")));
-    row.verdict = match (broken.is_empty() && halved.is_empty(), limit) {
-        _ if row.verdict == Verdict::Breaks => Verdict::Breaks,
-        (true, _) => Verdict::Holds,
-        (false, None) => Verdict::Breaks,
-        (false, Some(limit)) => match at_limit {
-            Some(broken) if broken.is_empty() => {
-                row.notes.push(format!("holds from {}", limit.words()));
-                Verdict::HoldsFrom
-            }
-            Some(broken) => {
-                let limit = limit.words();
-                row.notes.extend(broken.iter().map(|broken| format!("with {limit}: {broken}")));
-                Verdict::Breaks
-            }
-            None => Verdict::DoesNotHold,
-        },
+    if row.verdict == Verdict::Breaks {
+        return;
+    }
+    let Some(limit) = limit else {
+        row.verdict = if broken.is_empty() && halved.is_empty() { Verdict::Holds } else { Verdict::Breaks };
+        return;
+    };
+    let contradicted = limit.contradicted(&measured.numbers, &row.bounds);
+    let at_limit = row.at_limit.as_ref().map(|at_limit| at_limit.broken(&row.bounds));
+    let words = limit.words();
+    let against_it = at_limit.iter().flatten().map(|broken| format!("with {words}: {broken}"));
+    row.notes.extend(contradicted.iter().cloned().chain(against_it));
+    let is_true = contradicted.is_empty() && measured.failure.is_none();
+    row.verdict = match at_limit {
+        _ if !is_true => Verdict::Breaks,
+        Some(broken) if !broken.is_empty() => Verdict::Breaks,
+        _ if broken.is_empty() => Verdict::Holds,
+        Some(_) => {
+            row.notes.push(format!("holds from {words}"));
+            Verdict::HoldsFrom
+        }
+        None => Verdict::DoesNotHold,
     };
 }
 

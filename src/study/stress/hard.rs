@@ -94,11 +94,52 @@ pub struct Limit {
     pub why: &'static str,
     /// Changes of the scene with which it holds; none: no such are known.
     pub from: Vec<&'static str>,
+    /// The numbers that break their bounds, and how far.
+    pub foretold: Vec<Band>,
     /// Whether it is not even run.
     pub not_run: bool,
 }
 
+/// What is known of a number that does not keep its bound: less, and the limit is no longer needed; more, and
+/// something else is broken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Band {
+    /// The number, by its name in [`Numbers::each`].
+    pub number: &'static str,
+    /// Least value that was measured, with a margin [-].
+    pub low: f64,
+    /// Largest, with a margin [-].
+    pub high: f64,
+}
+
 impl Limit {
+    /// What `numbers`, which break `bounds`, have against this limit: a bound that it does not foretell, a number
+    /// that is worse than it says, or none that is as bad, so that nothing needs it any more.
+    pub fn contradicted(&self, numbers: &Numbers, bounds: &Numbers) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut needed = false;
+        for ((name, value), (_, bound)) in numbers.each().into_iter().zip(bounds.each()) {
+            let (Some(value), Some(bound)) = (value, bound) else { continue };
+            match self.foretold.iter().find(|band| band.number == name) {
+                Some(band) if value >= band.low && value <= band.high => needed = true,
+                Some(band) if value.is_nan() || value > band.high => {
+                    needed = true;
+                    words.push(format!("{name} {value:.2e}, foretold at most {:.0e}", band.high));
+                }
+                None if value.is_nan() || value > bound => {
+                    words.push(format!(
+                        "{name} {value:.2e}, at most {bound:.0e}, and no word of it in the limit"
+                    ));
+                }
+                _ => {}
+            }
+        }
+        if !needed {
+            words.push(format!("the limit is no longer needed: {}", self.why));
+        }
+        words
+    }
+
     /// The changes in words.
     pub fn words(&self) -> String {
         let word = |&change: &&'static str| match change {
@@ -156,20 +197,23 @@ impl Hard {
         self
     }
 
-    /// `pair` holds it only with the changes `from`, and why.
-    pub fn limited(mut self, pair: &'static str, why: &'static str, from: &[&'static str]) -> Hard {
-        self.limits.push(Limit { pair, why, from: from.to_vec(), not_run: false });
+    /// `pair` holds it only with the changes `from`, and why; `foretold`: which numbers break their bounds as
+    /// it is, from and up to which value.
+    pub fn limited(
+        mut self,
+        pair: &'static str,
+        why: &'static str,
+        from: &[&'static str],
+        foretold: &[(&'static str, f64, f64)],
+    ) -> Hard {
+        let foretold = foretold.iter().map(|&(number, low, high)| Band { number, low, high }).collect();
+        self.limits.push(Limit { pair, why, from: from.to_vec(), foretold, not_run: false });
         self
-    }
-
-    /// Both pairs with a penalty force hold it only with the changes `from`, and why.
-    pub fn limited_with_penalty(self, why: &'static str, from: &[&'static str]) -> Hard {
-        self.limited("joints+penalty", why, from).limited("explicit+penalty", why, from)
     }
 
     /// `pair` is not run, and why.
     pub fn not_run(mut self, pair: &'static str, why: &'static str) -> Hard {
-        self.limits.push(Limit { pair, why, from: Vec::new(), not_run: true });
+        self.limits.push(Limit { pair, why, from: Vec::new(), foretold: Vec::new(), not_run: true });
         self
     }
 
