@@ -29,7 +29,7 @@
 //!
 //! | module | subject |
 //! |---|---|
-//! | [`problems`], [`limits`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, the schema, what is built in |
+//! | [`problems`], [`limits`], [`json`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, text to values, the schema, what is built in |
 //! | [`cable`], [`friction`] | the only tension law; the friction laws |
 //! | [`solver`] | the numerical method as a user chooses it |
 //! | [`net`] | knots, cables, bullets; fold and launch |
@@ -59,6 +59,8 @@
 pub mod problems;
 
 pub mod limits;
+
+pub mod json;
 
 pub mod read;
 

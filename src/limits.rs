@@ -4,7 +4,9 @@
 //! The limits are the user's, not the scene's: `--limit NAME=N` raises one, `--allow-outside` lets a
 //! scene name files outside of its folder.
 
-use std::fmt;
+use std::io::Read;
+use std::path::Path;
+use std::{fmt, fs, io};
 
 use crate::problems::Problems;
 
@@ -110,6 +112,39 @@ impl fmt::Display for Limits {
         let each = TABLE.iter().zip(self.values).map(|((_, name, _, _), value)| format!("{name}={value}"));
         f.write_str(&each.collect::<Vec<_>>().join(", "))
     }
+}
+
+/// Why a file was not read.
+#[derive(Debug, thiserror::Error)]
+pub enum Unread {
+    /// It is not there, or may not be read.
+    #[error("{0}")]
+    Unreadable(#[from] io::Error),
+    /// A folder, a pipe, a device.
+    #[error("not a plain file")]
+    NoFile,
+    /// It has so many bytes.
+    #[error("{0} bytes")]
+    TooLong(u64),
+}
+
+/// Bytes of the plain file `path`, of at most `most`.
+///
+/// # Errors
+/// It is not there, not plain, or longer.
+pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>, Unread> {
+    // Opening a pipe would wait for a writer.
+    let told = fs::metadata(path)?;
+    if !told.is_file() {
+        return Err(Unread::NoFile);
+    }
+    if told.len() > most {
+        return Err(Unread::TooLong(told.len()));
+    }
+    // No more than it says it has: a file of the kernel, which says none, may never end.
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(told.len()).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 #[cfg(test)]

@@ -10,23 +10,34 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::json;
 use crate::problems::Problems;
 
 /// The JSON Schema of `T`.
 pub fn schema<T: JsonSchema>() -> Value {
-    schemars::schema_for!(T).to_value()
+    let mut schema = schemars::schema_for!(T).to_value();
+    bound_whole_numbers(&mut schema);
+    schema
 }
 
-/// Parses JSON text.
-///
-/// Adds a fault with line and column where it is not JSON.
-pub fn parse(text: &str, place: &str, problems: &mut Problems) -> Option<Value> {
-    match serde_json::from_str(text) {
-        Ok(value) => Some(value),
-        Err(error) => {
-            problems.add(place, format!("no JSON ({error})"), "one JSON value");
-            None
+/// States the largest number of every type of whole numbers, which the generator leaves out.
+fn bound_whole_numbers(schema: &mut Value) {
+    match schema {
+        Value::Array(list) => list.iter_mut().for_each(bound_whole_numbers),
+        Value::Object(map) => {
+            let most = match map.get("format").and_then(Value::as_str) {
+                Some("uint8") => u8::MAX.into(),
+                Some("uint16") => u16::MAX.into(),
+                Some("uint32") => u32::MAX.into(),
+                Some("uint64" | "uint") => u64::MAX,
+                _ => 0,
+            };
+            if most > 0 && !map.contains_key("maximum") {
+                map.insert("maximum".to_owned(), most.into());
+            }
+            map.values_mut().for_each(bound_whole_numbers);
         }
+        _ => {}
     }
 }
 
@@ -55,7 +66,7 @@ pub fn typed<T: JsonSchema + DeserializeOwned>(
         }
         return None;
     }
-    match serde_json::from_value(value.clone()) {
+    match serde_json::from_value(json::with_whole_numbers(value)) {
         Ok(typed) => Some(typed),
         // The schema is the stricter of the two, but a gap between them must not be a panic.
         Err(error) => {
@@ -115,6 +126,8 @@ fn explain(error: &ValidationError<'_>, schema: &Value, root: &str, problems: &m
         Kind::MinItems { limit } => add(format!("at least {limit} entries")),
         Kind::MaxItems { limit } => add(format!("at most {limit} entries")),
         Kind::Type { kind } => add(type_names(kind)),
+        // An object without keys of its own.
+        Kind::FalseSchema => add("nothing here".to_owned()),
         other => add(format!("what the rule `{}` says: {error}", other.keyword())),
     }
 }
@@ -141,15 +154,18 @@ fn explain_choice(
     let place = join(root, &keys(here));
     if constants.len() == context.len() {
         problems.add(place, describe(error.instance()), one_of(constants.into_iter()));
-    } else if let Some(meant) =
-        context.iter().filter(|branch| !branch.iter().any(wrong_type)).min_by_key(|branch| branch.len())
+    } else if let Some(meant) = context
+        .iter()
+        .filter(|branch| !branch.iter().any(wrong_type))
+        // Of forms that a word tells apart, the one whose word is given.
+        .min_by_key(|branch| (branch.iter().any(is_constant), branch.len()))
     {
         // The faults of a branch carry places relative to the file, as the outer error does.
         for fault in meant {
             explain(fault, schema, root, problems);
         }
     } else {
-        let forms: Vec<String> = context
+        let mut forms: Vec<String> = context
             .iter()
             .filter_map(|branch| match branch.iter().find(|fault| wrong_type(fault))?.kind() {
                 Kind::Type { kind } => Some(type_names(kind)),
@@ -157,8 +173,13 @@ fn explain_choice(
             })
             .filter(|form| form != "null")
             .collect();
+        forms.dedup();
         problems.add(place, describe(error.instance()), forms.join(" or "));
     }
+}
+
+fn is_constant(fault: &ValidationError<'_>) -> bool {
+    matches!(fault.kind(), Kind::Constant { .. })
 }
 
 fn is_here(fault: &ValidationError<'_>, here: &str) -> bool {

@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 use crate::assets::Kind;
 use crate::cable::{self, Cable};
 use crate::problems::Problems;
+use crate::json;
 use crate::read;
 use spec::{EdgeCable, Launch, Material, MaterialChoice};
 
@@ -213,7 +214,7 @@ fn material(choice: &MaterialChoice, place: &str, problems: &mut Problems) -> Op
         MaterialChoice::Inline(material) => Some(material.clone()),
         MaterialChoice::Named(name) => match Kind::Material.text(name) {
             Some(text) => {
-                let value = read::parse(text, place, problems)?;
+                let value = json::parse(text, place, problems)?;
                 read::typed(&value, place, problems)
             }
             None => {

@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::assets::Kind;
-use crate::limits::{Limit, Limits};
+use crate::json;
+use crate::limits::{self, Limit, Limits, Unread};
 use crate::problems::Problems;
 use crate::read;
 use schema::Scene;
@@ -50,7 +51,7 @@ impl Source {
     pub fn find_within(scene: &str, limits: Limits) -> Result<Source, Problems> {
         let mut problems = Problems::new(scene);
         if let Some(text) = Kind::Scene.text(scene) {
-            let json = read::parse(text, "", &mut problems);
+            let json = json::parse(text, "", &mut problems);
             let source = json.map(|json| Source {
                 name: scene.to_owned(),
                 input: scene.to_owned(),
@@ -62,7 +63,7 @@ impl Source {
         }
         let path = Path::new(scene);
         let json =
-            read_text(path, &limits, &mut problems).and_then(|text| read::parse(&text, "", &mut problems));
+            read_text(path, &limits, &mut problems).and_then(|text| json::parse(&text, "", &mut problems));
         let name =
             path.file_stem().map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned());
         let folder = path.parent().map(Path::to_path_buf);
@@ -99,17 +100,14 @@ impl Source {
 
 fn read_text(path: &Path, limits: &Limits, problems: &mut Problems) -> Option<String> {
     let known = || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.choices());
-    match std::fs::metadata(path) {
-        Err(error) => problems.add("", format!("no readable file ({error})"), known()),
-        Ok(meta) if !meta.is_file() => problems.add("", "no file", known()),
-        Ok(meta) if limits.exceeded(Limit::Text, meta.len() as f64) => {
-            problems.add("", format!("{} bytes", meta.len()), limits.allowed(Limit::Text));
+    match limits::read_file(path, limits.of(Limit::Text)).map(String::from_utf8) {
+        Ok(Ok(text)) => return Some(text),
+        Ok(Err(error)) => problems.add("", format!("no UTF-8 text ({error})"), "JSON in UTF-8"),
+        Err(Unread::NoFile) => problems.add("", "no file", known()),
+        Err(Unread::TooLong(length)) => {
+            problems.add("", format!("{length} bytes"), limits.allowed(Limit::Text));
         }
-        Ok(_) => match std::fs::read(path).map(String::from_utf8) {
-            Ok(Ok(text)) => return Some(text),
-            Ok(Err(error)) => problems.add("", format!("no UTF-8 text ({error})"), "JSON in UTF-8"),
-            Err(error) => problems.add("", format!("no readable file ({error})"), known()),
-        },
+        Err(error) => problems.add("", format!("no readable file ({error})"), known()),
     }
     None
 }

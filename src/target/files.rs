@@ -5,11 +5,9 @@
 //! any file of the user's read. `--allow-outside` lifts this.
 
 use std::borrow::Cow;
-use std::fs;
-use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-use crate::limits::{Limit, Limits};
+use crate::limits::{self, Limit, Limits, Unread};
 use crate::problems::Problems;
 
 /// Where the files that an input names are, and what may be read of them.
@@ -56,10 +54,10 @@ impl<'a> Files<'a> {
             problems.add(place, found, "a file in that folder or below (--allow-outside lifts this)");
             return None;
         }
-        match read_bytes(&path, self.limits.of(limit)) {
-            Ok(bytes) if bytes.len() as u64 <= self.limits.of(limit) => Some((bytes, path)),
-            Ok(_) => {
-                problems.add(place, format!("{name:?}, longer than that"), self.limits.allowed(limit));
+        match limits::read_file(&path, self.limits.of(limit)) {
+            Ok(bytes) => Some((bytes, path)),
+            Err(Unread::TooLong(length)) => {
+                problems.add(place, format!("{name:?} of {length} bytes"), self.limits.allowed(limit));
                 None
             }
             Err(error) => {
@@ -95,20 +93,10 @@ fn leads_out(root: &Path, path: &Path) -> bool {
     }
 }
 
-/// Up to one byte more than `most`.
-fn read_bytes(path: &Path, most: u64) -> std::io::Result<Vec<u8>> {
-    // Opening a pipe would wait for a writer, reading a device might never end.
-    if !fs::metadata(path)?.is_file() {
-        return Err(std::io::Error::other("not a plain file"));
-    }
-    let mut bytes = Vec::new();
-    fs::File::open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn read(root: &Path, name: &str, limits: &Limits) -> Result<Vec<u8>, String> {
         let mut problems = Problems::new("test");

@@ -416,7 +416,7 @@ mod tests {
         let too_long = build(named("long.json"), Some(folder.path())).unwrap_err().remove(0);
         assert_eq!(
             too_long,
-            "target.shape: \"long.json\", longer than that; at most 8388608 bytes of JSON (--limit text=N raises it)"
+            "target.shape: \"long.json\" of 8388609 bytes; at most 8388608 bytes of JSON (--limit text=N raises it)"
         );
     }
 

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::files::Files;
 use super::spec::{Shape, ShapeChoice};
 use crate::assets::Kind;
+use crate::json;
 use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::read;
@@ -52,7 +53,7 @@ pub fn find<'a>(
         problems.add(place, format!("{name:?}"), allowed);
         return None;
     };
-    let value = read::parse(&text, &inner_place, problems)?;
+    let value = json::parse(&text, &inner_place, problems)?;
     let shape = read::typed(&value, &inner_place, problems)?;
     Some(Found { shape: Cow::Owned(shape), files, place: inner_place })
 }
