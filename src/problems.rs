@@ -1,5 +1,6 @@
 //! Every fault of an input: its place in the file, the value found, and what is allowed.
 
+use std::borrow::Cow;
 use std::fmt;
 
 /// One fault.
@@ -41,8 +42,12 @@ impl Problems {
         if self.is_full() {
             return;
         }
-        let problem =
-            Problem { place: place.into(), found: shorten(&found.to_string()), allowed: allowed.into() };
+        let shown = |text: String| visible(&text, false).into_owned();
+        let problem = Problem {
+            place: shown(shorten(&place.into())),
+            found: shown(shorten(&found.to_string())),
+            allowed: allowed.into(),
+        };
         if !self.list.contains(&problem) {
             self.list.push(problem);
         }
@@ -58,6 +63,28 @@ impl Problems {
             _ => Err(self),
         }
     }
+}
+
+/// `text` without what a terminal would obey: control characters, and marks that turn the direction of
+/// writing, become `\\u` and their number, as JSON writes them. Line ends stay with `lines` only.
+pub fn visible(text: &str, lines: bool) -> Cow<'_, str> {
+    let obeyed = |c: char| match c {
+        '\n' | '\t' => !lines,
+        '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
+        _ => c.is_control(),
+    };
+    if !text.chars().any(obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if obeyed(c) {
+            shown.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
 }
 
 /// A long value (a whole mesh, say) is cut, so that the place and the rule stay readable.
@@ -86,6 +113,15 @@ impl fmt::Display for Problems {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_terminal_would_obey_is_written_out() {
+        assert_eq!(visible("ä\t1\n", true), "ä\t1\n");
+        assert_eq!(visible("a\u{1b}[31mb\n\u{9b}\u{7f}\r\u{202e}", false), "a\\u001b[31mb\\u000a\\u009b\\u007f\\u000d\\u202e");
+        let mut problems = Problems::new("test");
+        problems.add("a\u{7}", "line 1: \u{1b}[2J", "no such thing");
+        assert!(problems.to_string().contains("a\\u0007: found line 1: \\u001b[2J;"), "{problems}");
+    }
 
     #[test]
     fn names_input_place_value_and_rule() {

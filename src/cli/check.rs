@@ -2,10 +2,10 @@
 
 use clap::Args;
 use tumblenet::case::Case;
-use tumblenet::problems::Problems;
+use tumblenet::problems::{Problems, visible};
 
 use super::reading::Reading;
-use super::{Error, print};
+use super::{Error, print, tell};
 
 /// Arguments of `check`.
 #[derive(Args)]
@@ -23,13 +23,13 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let mut bad: Vec<Problems> = Vec::new();
     for scene in &arguments.scenes {
         match Case::load_within(scene, &[], limits) {
-            Ok(case) => print(&format!("{scene}: ok, {}", case.scene.title))?,
+            Ok(case) => print(&format!("{scene}: ok, {}", visible(&case.scene.title, false)))?,
             Err(problems) => bad.push(problems),
         }
     }
     let Some(last) = bad.pop() else { return Ok(()) };
     for problems in bad {
-        eprintln!("error: {problems}");
+        tell(&format!("error: {problems}"));
     }
     Err(last.into())
 }

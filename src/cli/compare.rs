@@ -117,7 +117,9 @@ fn members(
     let fair = |member: &Member| !request.serial || member.at_once == 1;
     let known: Vec<Vec<Member>> = kept
         .iter()
-        .map(|kept| kept.as_ref().map_or_else(Vec::new, |kept| kept.known(request.ensemble.members)))
+        .map(|kept| kept.as_ref().map_or_else(Vec::new, |kept| {
+            kept.known(request.ensemble.members, |member: &Member| member.member)
+        }))
         .map(|members: Vec<Member>| members.into_iter().filter(fair).collect())
         .collect();
     let bar = progress_bar((request.ensemble.members * kept.iter().flatten().count()) as u64, name);

@@ -7,6 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tumblenet::case::Case;
+use tumblenet::limits;
 use tumblenet::problems::Problems;
 use tumblenet::report::cost as report;
 use tumblenet::report::files::{self, WriteError};
@@ -15,8 +16,8 @@ use tumblenet::study::cost::accuracy::Table;
 use tumblenet::study::cost::{self, Request, Store, Study};
 use tumblenet::study::ensemble;
 
-use super::members::Kept;
-use super::reading::Reading;
+use super::members::{Kept, MOST_KEPT};
+use super::reading::{Reading, time};
 use super::run::progress_bar;
 use super::{Error, Format, json, print};
 
@@ -60,11 +61,7 @@ fn above_zero(text: &str) -> Result<f64, String> {
 
 /// A time with its unit [s].
 fn budget(text: &str) -> Result<f64, String> {
-    let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0), ("", 1.0)];
-    let parsed = units.into_iter().find_map(|(unit, factor)| {
-        let number = text.strip_suffix(unit)?.trim().parse::<f64>().ok()?;
-        Some(factor * number)
-    });
+    let parsed = time(text).ok().map(|time| time.as_secs_f64());
     match parsed {
         Some(seconds) if (1.0..=1e6).contains(&seconds) => Ok(seconds),
         _ => Err("a time of at least 1 s, as in 60s, 5min or 1h".to_owned()),
@@ -78,7 +75,7 @@ fn budget(text: &str) -> Result<f64, String> {
 pub(super) fn read(file: &Path) -> Result<Study, Problems> {
     let mut problems = Problems::new(file.display().to_string());
     let rule = "the cost.json of a study of this version";
-    let study = match std::fs::read(file) {
+    let study = match limits::read_file(file, MOST_KEPT) {
         Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| problems.add("", error, rule)).ok(),
         Err(error) => {
             problems.add("", error, rule);

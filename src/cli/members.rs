@@ -7,9 +7,13 @@ use std::time::UNIX_EPOCH;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tumblenet::case::Case;
+use tumblenet::limits;
 use tumblenet::report::files::{self, WriteError};
 use tumblenet::report::results;
 use tumblenet::study::ensemble::Request;
+
+/// Most bytes of a kept file that is read again; the largest are some megabytes.
+pub const MOST_KEPT: u64 = 256 << 20;
 
 /// The kept members of one case and request.
 pub struct Kept {
@@ -26,14 +30,15 @@ impl Kept {
         Ok(Kept { folder, unwritten: Mutex::new(None) })
     }
 
-    /// The first `count` members, those that are there and whole.
-    pub fn known<T: DeserializeOwned>(&self, count: usize) -> Vec<T> {
-        (0..count).filter_map(|member| self.one(member)).collect()
+    /// The first `count` members, those that are there and whole; `number` tells one's own number, which a file
+    /// that was copied by hand does not have.
+    pub fn known<T: DeserializeOwned>(&self, count: usize, number: impl Fn(&T) -> usize) -> Vec<T> {
+        (0..count).filter_map(|member| self.one(member).filter(|kept| number(kept) == member)).collect()
     }
 
     /// One member, if it is there and whole.
     pub fn one<T: DeserializeOwned>(&self, member: usize) -> Option<T> {
-        serde_json::from_slice(&std::fs::read(self.place(member)).ok()?).ok()
+        serde_json::from_slice(&limits::read_file(&self.place(member), MOST_KEPT).ok()?).ok()
     }
 
     /// Keeps a member; a failure is told by [`Kept::finish`], so that the other members go on.

@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use tumblenet::failure::Failure;
-use tumblenet::problems::Problems;
+use tumblenet::problems::{Problems, visible};
 use tumblenet::report::files::WriteError;
 
 /// Tether-net capture of tumbling space debris, on the Rapier rigid-body engine.
@@ -107,7 +107,7 @@ pub fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            tell(&format!("error: {error}"));
             ExitCode::from(error.status())
         }
     }
@@ -116,12 +116,18 @@ pub fn main() -> ExitCode {
 /// Prints `text` to standard output; a reader that has gone away (`| head`) is no error.
 fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
-    match writeln!(std::io::stdout(), "{text}") {
+    match writeln!(std::io::stdout(), "{}", visible(text, true)) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(WriteError::new(std::path::Path::new("standard output"), error).into())
         }
         _ => Ok(()),
     }
+}
+
+/// Tells `text` on standard error. Where that is gone there is nobody to tell.
+fn tell(text: &str) {
+    use std::io::Write;
+    writeln!(std::io::stderr(), "{}", visible(text, true)).ok();
 }
 
 /// `value` as JSON; what the program prints is plain data and always becomes JSON.

@@ -10,7 +10,7 @@ use tumblenet::limits::{Limit, Limits};
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::problems::Problems;
-use tumblenet::report::{files, results, table};
+use tumblenet::report::{results, table};
 use tumblenet::run::Run;
 use tumblenet::scene::{self, Source};
 use tumblenet::study::cost::accuracy::{Accuracy, Table};
@@ -19,7 +19,7 @@ use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
 
 use super::members::Kept;
 use super::reading::Reading;
-use super::{Error, Format, cost, interrupt, json, print};
+use super::{Error, Format, cost, interrupt, json, print, tell};
 
 /// Arguments of `run`.
 #[derive(Args)]
@@ -128,7 +128,7 @@ fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accu
         problems.add("", wanted, format!("at least {}, {rule}", advice::length(finest)));
         problems
     })?;
-    eprintln!("accuracy: {}", found.words);
+    tell(&format!("accuracy: {}", found.words));
     // The user's own word last: what is set by hand stays.
     source.set(&found.changes)?;
     source.set(changes)?;
@@ -142,7 +142,7 @@ pub(super) fn default_folder(case: &Case) -> PathBuf {
 
 fn one(case: &Case, out: &Path) -> Result<Summary, Error> {
     // Before the run, not after: an unwritable folder should cost no run.
-    files::make_folder(out)?;
+    results::make_place(out)?;
     interrupt::leaves("nothing of this run was written");
     let bar = progress_bar(1000, &case.name);
     let run = Run::of(case, |share| bar.set_position((1000.0 * share) as u64))?;
@@ -167,7 +167,7 @@ fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<()
     let kept = Kept::open(out, "members", case, request)?;
     let place = out.display();
     interrupt::leaves(format!("finished members are kept in {place}; the same command goes on from them"));
-    let known: Vec<Member> = kept.known(request.members);
+    let known: Vec<Member> = kept.known(request.members, |member: &Member| member.member);
     let bar = progress_bar(request.members as u64, &case.name);
     bar.set_position(known.len() as u64);
     let members = ensemble::run(case, request, known, |member| {
@@ -179,11 +179,22 @@ fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<()
     let ensemble = Ensemble::of(case, request, &members);
     results::json(&out.join("ensemble.json"), &ensemble)?;
     match format {
-        Format::Json => print(&json(&ensemble)),
+        Format::Json => print(&json(&ensemble))?,
         Format::Text => {
             print(&table::ensemble(&ensemble))?;
-            print(&format!("Results: {}", out.join("ensemble.json").display()))
+            print(&format!("Results: {}", out.join("ensemble.json").display()))?;
         }
+    }
+    any_finished(&ensemble)
+}
+
+/// An ensemble of which no member was finished is a failed run.
+fn any_finished(ensemble: &Ensemble) -> Result<(), Error> {
+    match ensemble.failures.first_key_value() {
+        Some((member, why)) if ensemble.failures.len() == ensemble.request.members => {
+            Err(Error::Expectation(format!("no member was finished; member {member}: {why}")))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -6,9 +6,11 @@ use clap::Args;
 use comfy_table::Table;
 use serde_json::Value;
 use tumblenet::case::Case;
+use tumblenet::limits;
 use tumblenet::report::table::{number, table};
 use tumblenet::simulation::Simulation;
 
+use super::members::MOST_KEPT;
 use super::reading::Reading;
 use super::run::default_folder;
 use super::{Error, json, print};
@@ -100,7 +102,7 @@ fn folder(arguments: &Arguments, case: &Case) -> PathBuf {
 
 /// Shares of the wall time in the summary of a finished run of the same scene, if there is one.
 fn time_shares(results: &Path, case: &Case) -> Option<Value> {
-    let text = std::fs::read(results.join("summary.json")).ok()?;
+    let text = limits::read_file(&results.join("summary.json"), MOST_KEPT).ok()?;
     let summary: Value = serde_json::from_slice(&text).ok()?;
     (summary["scene_hash"] == case.hash.as_str()).then(|| summary["time_shares"].clone())
 }

@@ -1,15 +1,19 @@
 //! `tumblenet stress`: the catalogue of hard cases.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use tumblenet::problems::Problems;
+use tumblenet::report::files::WriteError;
 use tumblenet::report::{files, stress as report};
+use tumblenet::study::ensemble::Request;
 use tumblenet::study::stress::hard::Hard;
-use tumblenet::study::stress::{self, Stress, catalogue};
+use tumblenet::study::stress::{self, Job, Stress, catalogue};
 
+use super::members::Kept;
 use super::run::progress_bar;
-use super::{Error, Format, json, print};
+use super::{Error, Format, interrupt, json, print};
 
 /// Arguments of `stress`.
 #[derive(Args)]
@@ -44,8 +48,28 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     files::make_folder(&out)?;
 
     let bar = progress_bar(stress::n_runs(&cases, &pairs) as u64, "stress");
-    let stress = stress::run(&cases, &pairs, || bar.inc(1));
+    interrupt::leaves(format!(
+        "finished runs are kept in {}; the same command goes on from them",
+        out.display()
+    ));
+    let unwritten = Mutex::new(None);
+    let stress = stress::run(
+        &cases,
+        &pairs,
+        |job| kept(&out, job).ok()?.one(0),
+        |job, measured| {
+            let written = kept(&out, job).and_then(|kept| {
+                kept.keep(0, measured);
+                kept.finish()
+            });
+            if let Err(error) = written {
+                unwritten.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            }
+            bar.inc(1);
+        },
+    );
     bar.finish_and_clear();
+    unwritten.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)?;
     report::write(&out, &stress)?;
     match arguments.format {
         Format::Json => print(&json(&stress))?,
@@ -55,6 +79,12 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         }
     }
     all_held(&stress)
+}
+
+/// The place of what a run came to.
+fn kept(out: &Path, job: &Job) -> Result<Kept, WriteError> {
+    let request = Request { members: 0, perturb_m: 0.0, seed: 0 };
+    Kept::open(&out.join("runs"), &job.name, &job.case, &request)
 }
 
 /// The cases whose name or theme begins with one of `named`; all without any.

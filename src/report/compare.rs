@@ -57,17 +57,19 @@ const CLOSING_COLUMNS: [Column; 12] = [
 /// The first file that cannot be written.
 pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
     files::make_folder(out)?;
+    let mut files = files::Together::begin();
     let mut drawn = Vec::new();
     for figure in figures::all(comparison) {
         let place = out.join(figure.name).with_extension("svg");
         let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
-        files::write(&place, |file| file.write_all(svg.as_bytes()))?;
+        files.write(&place, |file| file.write_all(svg.as_bytes()))?;
         drawn.push((figure, svg));
     }
     let page = whole_page(comparison, &drawn);
-    files::write(&out.join("compare.html"), |file| file.write_all(page.as_bytes()))?;
+    files.write(&out.join("compare.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
-    results::json(&out.join("compare.json"), comparison)
+    files.write(&out.join("compare.json"), |file| results::as_json(file, comparison))?;
+    files.appear()
 }
 
 /// The comparison as text.

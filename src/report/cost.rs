@@ -48,18 +48,20 @@ const COLUMNS: [(&str, &str); 19] = [
 /// The first file that cannot be written.
 pub fn write(out: &Path, study: &Study) -> Result<(), WriteError> {
     files::make_folder(out)?;
+    let mut files = files::Together::begin();
     let mut drawn = Vec::new();
     for figure in figures::all(study) {
         let place = out.join(figure.name).with_extension("svg");
         let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
-        files::write(&place, |file| file.write_all(svg.as_bytes()))?;
+        files.write(&place, |file| file.write_all(svg.as_bytes()))?;
         drawn.push((figure, svg));
     }
-    files::write(&out.join("cost.csv"), |file| rows(file, study))?;
+    files.write(&out.join("cost.csv"), |file| rows(file, study))?;
     let page = whole_page(study, &drawn);
-    files::write(&out.join("cost.html"), |file| file.write_all(page.as_bytes()))?;
+    files.write(&out.join("cost.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
-    results::json(&out.join("cost.json"), study)
+    files.write(&out.join("cost.json"), |file| results::as_json(file, study))?;
+    files.appear()
 }
 
 /// A row a setting.

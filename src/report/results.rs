@@ -18,6 +18,18 @@ use crate::run::Run;
 use crate::state::{Body, FreeBody};
 use crate::target::parts::ConvexPart;
 
+/// Names of the result files of a run. A summary, the last, says that the others are there.
+const NAMES: [&str; 4] = ["series.csv", "trajectory.npz", "replay.html", "summary.json"];
+
+/// Makes the folder `out` for the result files of a run.
+///
+/// # Errors
+/// It cannot be made, or a folder has the name of a result file.
+pub fn make_place(out: &Path) -> Result<(), WriteError> {
+    files::make_folder(out)?;
+    NAMES.iter().try_for_each(|name| files::is_free(&out.join(name)))
+}
+
 /// Writes all result files of `run` to the folder `out`, in place of those of an earlier run.
 ///
 /// # Errors
@@ -31,14 +43,61 @@ pub fn write(
 ) -> Result<(), WriteError> {
     files::make_folder(out)?;
     let mut files = files::Together::begin();
-    files.write(&out.join("series.csv"), |file| series(file, run, curves))?;
-    files.write(&out.join("trajectory.npz"), |file| trajectory(file, case, run))?;
-    files.write(&out.join("replay.html"), |file| {
-        file.write_all(page(case, run, curves, summary).as_bytes())
+    let [table, arrays, replay, last] = NAMES.map(|name| out.join(name));
+    files.write(&table, |file| series(file, run, curves))?;
+    files.write(&arrays, |file| {
+        let mut patient = Patient::new(file);
+        let written = trajectory(&mut patient, case, run);
+        patient.first_fault().and(written.map_err(std::io::Error::other))
     })?;
-    // Last: a summary says that the rest is there.
-    files.write(&out.join("summary.json"), |file| as_json(file, summary))?;
+    files.write(&replay, |file| file.write_all(page(case, run, curves, summary).as_bytes()))?;
+    files.write(&last, |file| as_json(file, summary))?;
     files.appear()
+}
+
+/// A file that after a fault takes everything: the writer of zip files would print a message of its own when it
+/// is dropped and cannot end the file.
+struct Patient<W> {
+    file: W,
+    fault: Option<std::io::Error>,
+}
+
+impl<W> Patient<W> {
+    fn new(file: W) -> Patient<W> {
+        Patient { file, fault: None }
+    }
+
+    /// What went wrong first.
+    fn first_fault(self) -> std::io::Result<()> {
+        self.fault.map_or(Ok(()), Err)
+    }
+
+    /// `done`, or `instead` once something has gone wrong.
+    fn keep<T>(&mut self, done: impl FnOnce(&mut W) -> std::io::Result<T>, instead: T) -> std::io::Result<T> {
+        if self.fault.is_none() {
+            match done(&mut self.file) {
+                Ok(value) => return Ok(value),
+                Err(fault) => self.fault = Some(fault),
+            }
+        }
+        Ok(instead)
+    }
+}
+
+impl<W: Write> Write for Patient<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.keep(|file| file.write(bytes), bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.keep(Write::flush, ())
+    }
+}
+
+impl<W: std::io::Seek> std::io::Seek for Patient<W> {
+    fn seek(&mut self, place: std::io::SeekFrom) -> std::io::Result<u64> {
+        self.keep(|file| file.seek(place), 0)
+    }
 }
 
 /// Writes `value` as JSON.
@@ -49,7 +108,11 @@ pub fn json(path: &Path, value: &impl serde::Serialize) -> Result<(), WriteError
     files::write(path, |file| as_json(file, value))
 }
 
-fn as_json(mut file: impl Write, value: &impl serde::Serialize) -> std::io::Result<()> {
+/// The same into a file that is being written.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn as_json(mut file: impl Write, value: &impl serde::Serialize) -> std::io::Result<()> {
     serde_json::to_writer_pretty(&mut file, value)?;
     file.write_all(b"\n")
 }

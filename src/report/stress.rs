@@ -29,10 +29,12 @@ pub fn word(verdict: Verdict) -> &'static str {
 /// The first file that cannot be written.
 pub fn write(out: &Path, stress: &Stress) -> Result<(), WriteError> {
     files::make_folder(out)?;
-    files::write(&out.join("stress.csv"), |file| csv(stress, file))?;
+    let mut files = files::Together::begin();
+    files.write(&out.join("stress.csv"), |file| csv(stress, file))?;
     let page = markdown(stress);
-    files::write(&out.join("stress.md"), |file| std::io::Write::write_all(file, page.as_bytes()))?;
-    results::json(&out.join("stress.json"), stress)
+    files.write(&out.join("stress.md"), |file| std::io::Write::write_all(file, page.as_bytes()))?;
+    files.write(&out.join("stress.json"), |file| results::as_json(file, stress))?;
+    files.appear()
 }
 
 fn csv(stress: &Stress, file: impl std::io::Write) -> csv::Result<()> {

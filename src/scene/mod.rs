@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::assets::Kind;
 use crate::json;
 use crate::limits::{self, Limit, Limits, Unread};
-use crate::problems::Problems;
+use crate::problems::{Problems, visible};
 use crate::read;
 use schema::Scene;
 
@@ -64,8 +64,7 @@ impl Source {
         let path = Path::new(scene);
         let json =
             read_text(path, &limits, &mut problems).and_then(|text| json::parse(&text, "", &mut problems));
-        let name =
-            path.file_stem().map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned());
+        let name = name_of(path);
         let folder = path.parent().map(Path::to_path_buf);
         problems.into_result(json.map(|json| Source { name, input: scene.to_owned(), folder, json, limits }))
     }
@@ -98,6 +97,16 @@ impl Source {
     }
 }
 
+/// Name of the scene in the file `path`: the file's without its ending. It becomes that of a folder, which `..`
+/// is not (the stem of `...json`).
+fn name_of(path: &Path) -> String {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    match stem.trim_matches('.') {
+        "" => "scene".to_owned(),
+        _ => visible(&stem, false).replace('\\', "_"),
+    }
+}
+
 fn read_text(path: &Path, limits: &Limits, problems: &mut Problems) -> Option<String> {
     let known = || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.choices());
     match limits::read_file(path, limits.of(Limit::Text)).map(String::from_utf8) {
@@ -112,9 +121,16 @@ fn read_text(path: &Path, limits: &Limits, problems: &mut Problems) -> Option<St
     None
 }
 
+/// Most levels of a path: more than any key of a scene has, and few enough to walk through.
+const MOST_LEVELS: usize = 64;
+
 /// Sets the value at `path` of `root`, making objects on the way; says where the path ends if it
 /// cannot go on.
 fn set_at(root: &mut Value, path: &str, value: Value) -> Result<(), String> {
+    let depth = path.bytes().filter(|byte| *byte == b'.').count() + 1;
+    if depth > MOST_LEVELS {
+        return Err(format!("a path of {depth} levels, of at most {MOST_LEVELS}"));
+    }
     let (above, last) = path.rsplit_once('.').unwrap_or(("", path));
     let mut place = root;
     for key in above.split('.').filter(|key| !key.is_empty()) {

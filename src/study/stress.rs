@@ -95,11 +95,22 @@ impl Stress {
     }
 }
 
-/// One run: of a case (by number) under a pair, as it is, at half its step, or at its limit.
-struct Job {
+/// One run: of a case under a pair, as it is, at half its step, or at its limit.
+pub struct Job {
+    /// Its row of the result.
     row: usize,
     variant: Variant,
-    case: Case,
+    /// What is run.
+    pub case: Case,
+    /// Name of the case and the pair, and which of the runs it is: that of no other run.
+    pub name: String,
+}
+
+impl Job {
+    fn new(row: usize, hard: &Hard, pair: &str, variant: Variant, case: Case) -> Job {
+        let name = format!("{}-{pair}-{}", hard.name, variant.word());
+        Job { row, variant, case, name }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -109,10 +120,26 @@ enum Variant {
     AtLimit,
 }
 
-/// Runs `cases` under `pairs`, in parallel; `done` hears of each run as it ends.
+impl Variant {
+    fn word(self) -> &'static str {
+        match self {
+            Variant::AsItIs => "as-it-is",
+            Variant::Halved => "halved",
+            Variant::AtLimit => "at-limit",
+        }
+    }
+}
+
+/// Runs `cases` under `pairs`, in parallel, but for those whose numbers are `known`; `done` hears of each run as
+/// it ends.
 ///
 /// The result does not depend on the number of threads, but for wall times.
-pub fn run(cases: &[Hard], pairs: &[&str], done: impl Fn() + Sync) -> Stress {
+pub fn run(
+    cases: &[Hard],
+    pairs: &[&str],
+    known: impl Fn(&Job) -> Option<Measured> + Sync,
+    done: impl Fn(&Job, &Measured) + Sync,
+) -> Stress {
     let asked: Vec<(&Hard, &str)> =
         cases.iter().flat_map(|case| pairs.iter().map(move |pair| (case, *pair))).collect();
     let mut rows = Vec::with_capacity(asked.len());
@@ -128,8 +155,8 @@ pub fn run(cases: &[Hard], pairs: &[&str], done: impl Fn() + Sync) -> Stress {
         .par_iter()
         .with_max_len(1)
         .map(|job| {
-            let measured = Measured::of(&job.case);
-            done();
+            let measured = known(job).unwrap_or_else(|| Measured::of(&job.case));
+            done(job, &measured);
             (job.row, job.variant, measured)
         })
         .collect();
@@ -185,14 +212,14 @@ fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
             if hard.halves && limit.is_none() {
                 // What holds may not be refused at half its step: `build` says so where it is.
                 match hard.build(pair, &[], 0.5) {
-                    Ok(case) => jobs.push(Job { row: number, variant: Variant::Halved, case }),
+                    Ok(case) => jobs.push(Job::new(number, hard, pair, Variant::Halved, case)),
                     Err(refusal) => refused(&mut row, hard, &refusal),
                 }
             }
-            jobs.push(Job { row: number, variant: Variant::AsItIs, case });
+            jobs.push(Job::new(number, hard, pair, Variant::AsItIs, case));
             if let Some(changes) = limit.map(|limit| &limit.from).filter(|changes| !changes.is_empty()) {
                 match hard.build(pair, changes, 1.0 / hard.times_step) {
-                    Ok(case) => jobs.push(Job { row: number, variant: Variant::AtLimit, case }),
+                    Ok(case) => jobs.push(Job::new(number, hard, pair, Variant::AtLimit, case)),
                     Err(refusal) => refused(&mut row, hard, &refusal),
                 }
             }
