@@ -32,6 +32,8 @@ pub struct Case {
     pub target: Option<Target>,
     /// The step, chosen where the scene leaves it out.
     pub time_step: TimeStep,
+    /// How much it may ask for while it runs.
+    pub limits: Limits,
 }
 
 /// Steps and sub-steps of a run.
@@ -92,7 +94,8 @@ impl Case {
                 CableModel::Explicit => time_step.step / f64::from(time_step.substeps),
             }));
             let hash = hash(&scene, target.as_ref());
-            let mut case = Case { name: source.name.clone(), scene, hash, net, target, time_step };
+            let limits = *limits;
+            let mut case = Case { name: source.name.clone(), scene, hash, net, target, time_step, limits };
             case.disperse(0);
             Some(case)
         });
@@ -196,7 +199,7 @@ pub fn thin_step(scene: &Scene, target: Option<&Target>) -> f64 {
 }
 
 /// Distance from which responses of our own watch a knot [m].
-fn reach(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
+pub fn reach(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
     let thinnest = target.map_or(0.0, |target| target.thinnest);
     let thickest = net.radius.iter().copied().fold(0.0, f64::max);
     scene.solver.reach_m.map_or((0.04 * thinnest).max(2.0 * thickest), |reach| reach.0)

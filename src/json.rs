@@ -143,11 +143,7 @@ pub fn with_whole_numbers(value: &Value) -> Value {
         Value::Number(number) => match number.as_f64() {
             Some(float) if number.is_f64() && float.fract() == 0.0 && float.abs() <= LARGEST => {
                 // Not the negative zero, which has no whole number.
-                if float == 0.0 && float.is_sign_negative() {
-                    value.clone()
-                } else {
-                    (float as i64).into()
-                }
+                if float == 0.0 && float.is_sign_negative() { value.clone() } else { (float as i64).into() }
             }
             _ => value.clone(),
         },
@@ -191,7 +187,10 @@ mod tests {
     #[test]
     fn whole_numbers_stay_what_they_are() {
         let value = json!([3.0, -2.0, 0.5, 1e300, 7, "3.0", { "a": 1e15 }]);
-        assert_eq!(with_whole_numbers(&value), json!([3, -2, 0.5, 1e300, 7, "3.0", { "a": 1_000_000_000_000_000_i64 }]));
+        assert_eq!(
+            with_whole_numbers(&value),
+            json!([3, -2, 0.5, 1e300, 7, "3.0", { "a": 1_000_000_000_000_000_i64 }])
+        );
         let zero = with_whole_numbers(&json!(-0.0)).as_f64().unwrap();
         assert!(zero == 0.0 && zero.is_sign_negative());
     }

@@ -15,7 +15,7 @@ use crate::problems::Problems;
 pub enum Limit {
     /// Bytes of a scene or shape file, which becomes some thirty times as much memory.
     Text,
-    /// Bytes of a mesh file.
+    /// Bytes of all mesh files.
     Mesh,
     /// Knots of a net.
     Knots,
@@ -25,25 +25,37 @@ pub enum Limit {
     Positions,
     /// Parts of a shape.
     Parts,
-    /// Points of a convex part.
+    /// Points of all convex parts.
     Points,
-    /// Triangles of a mesh: 200 000 take 1.3 s to read and split, and a net sees no difference.
+    /// Triangles of all meshes: 200 000 take 1.3 s to read and split, and a net sees no difference.
     Triangles,
+    /// Meshes that are not convex, each of which is split into parts: 0.2 s and more each.
+    Splits,
     /// Members of an ensemble.
     Members,
+    /// Bytes of memory that a run is estimated to take.
+    Memory,
+    /// Cables, summed over all (sub-)steps of a run: 1e12 take days.
+    Work,
+    /// Parts that steps are cut into within, on average over a run.
+    Cuts,
 }
 
 /// Each limit with its name, its default and its unit, in the order of [`Limit`].
-const TABLE: [(Limit, &str, u64, &str); 9] = [
+const TABLE: [(Limit, &str, u64, &str); 13] = [
     (Limit::Text, "text", 8 << 20, "bytes of JSON"),
-    (Limit::Mesh, "mesh", 64 << 20, "bytes of a mesh"),
+    (Limit::Mesh, "mesh", 64 << 20, "bytes of meshes"),
     (Limit::Knots, "knots", 250_000, "knots"),
     (Limit::Steps, "steps", 100_000_000, "steps"),
     (Limit::Positions, "positions", 20_000_000, "recorded positions"),
     (Limit::Parts, "parts", 10_000, "parts"),
     (Limit::Points, "points", 100_000, "points"),
     (Limit::Triangles, "triangles", 200_000, "triangles"),
+    (Limit::Splits, "splits", 16, "meshes that are not convex"),
     (Limit::Members, "members", 100_000, "members"),
+    (Limit::Memory, "memory", 2 << 30, "bytes of memory"),
+    (Limit::Work, "work", 1_000_000_000_000, "cable steps"),
+    (Limit::Cuts, "cuts", 1000, "parts a step"),
 ];
 
 /// How much an input may ask for.

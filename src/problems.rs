@@ -117,7 +117,10 @@ mod tests {
     #[test]
     fn what_a_terminal_would_obey_is_written_out() {
         assert_eq!(visible("ä\t1\n", true), "ä\t1\n");
-        assert_eq!(visible("a\u{1b}[31mb\n\u{9b}\u{7f}\r\u{202e}", false), "a\\u001b[31mb\\u000a\\u009b\\u007f\\u000d\\u202e");
+        assert_eq!(
+            visible("a\u{1b}[31mb\n\u{9b}\u{7f}\r\u{202e}", false),
+            "a\\u001b[31mb\\u000a\\u009b\\u007f\\u000d\\u202e"
+        );
         let mut problems = Problems::new("test");
         problems.add("a\u{7}", "line 1: \u{1b}[2J", "no such thing");
         assert!(problems.to_string().contains("a\\u0007: found line 1: \\u001b[2J;"), "{problems}");

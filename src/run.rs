@@ -99,6 +99,20 @@ impl Run {
         self.frames.readings.iter().map(|readings| readings[column]).collect()
     }
 
+    /// Time of the first frame with a number that is not finite [s], if there is one.
+    pub fn first_not_finite(&self) -> Option<f64> {
+        let frames = &self.frames;
+        let is_finite = |frame: usize| {
+            let ledger = &frames.ledger[frame];
+            let vectors = [frames.momentum[frame], frames.angular_momentum[frame]];
+            let numbers = [ledger.own(), ledger.residual(), frames.tension[frame], frames.impulse[frame]];
+            let target = frames.target.get(frame).map(|body| body.spin().sum() + body.position.sum());
+            numbers.iter().chain(&frames.readings[frame]).chain(&target).all(|number| number.is_finite())
+                && vectors.iter().all(|vector| vector.iter().all(|number| number.is_finite()))
+        };
+        (0..frames.time.len()).find(|&frame| !is_finite(frame)).map(|frame| frames.time[frame])
+    }
+
     /// Runs `case` to its end; `progress` hears of every frame, with the share done.
     ///
     /// # Errors

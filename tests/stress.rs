@@ -25,7 +25,7 @@ const LONG: [&str; 3] = ["ten-thousand-knots", "million-steps", "middle-axis-300
 #[test]
 fn the_default_pair_holds_every_hard_case() {
     let cases: Vec<Hard> = catalogue::all().into_iter().filter(|case| !LONG.contains(&case.name)).collect();
-    let stress = run(&cases, &pairs()[..1], || {});
+    let stress = run(&cases, &pairs()[..1], |_| None, |_, _| {});
     all_hold(&stress);
     let held = |verdict| matches!(verdict, Verdict::Holds | Verdict::Refused);
     let not_held = stress.rows.iter().filter(|row| !held(row.verdict));
@@ -45,7 +45,7 @@ fn names_of_cases_are_unique_and_limits_name_pairs() {
 #[test]
 fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
     let pair = &pairs()[..1];
-    let verdict = |case: Hard| run(&[case], pair, || {}).rows.remove(0);
+    let verdict = |case: Hard| run(&[case], pair, |_| None, |_, _| {}).rows.remove(0);
 
     let strict = named("one-point").bounded(|bounds| bounds.strain = Some(-1.0));
     let row = verdict(strict.clone());
@@ -82,7 +82,7 @@ fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
 #[test]
 fn the_table_has_a_row_a_case_and_says_why() {
     let cases = [named("one-point"), named("knots-inside")];
-    let page = markdown(&run(&cases, &pairs()[..1], || {}));
+    let page = markdown(&run(&cases, &pairs()[..1], |_| None, |_, _| {}));
     assert!(page.contains("| many contacts | one-point | holds |"), "{page}");
     assert!(page.contains("| knots-inside | refused (1) |"), "{page}");
     assert!(page.contains("1. target.distance_m"), "{page}");

@@ -83,6 +83,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         trust_distance_m: arguments.trust_distance.unwrap_or(TRUST_SHARE * side),
         serial: arguments.serial,
     };
+    request.ensemble.check(base)?;
     let title = base.scene.title.clone();
     interrupt::leaves(format!(
         "finished members are kept in {}; the same command goes on from them",
@@ -117,9 +118,11 @@ fn members(
     let fair = |member: &Member| !request.serial || member.at_once == 1;
     let known: Vec<Vec<Member>> = kept
         .iter()
-        .map(|kept| kept.as_ref().map_or_else(Vec::new, |kept| {
-            kept.known(request.ensemble.members, |member: &Member| member.member)
-        }))
+        .map(|kept| {
+            kept.as_ref().map_or_else(Vec::new, |kept| {
+                kept.known(request.ensemble.members, |member: &Member| member.member)
+            })
+        })
         .map(|members: Vec<Member>| members.into_iter().filter(fair).collect())
         .collect();
     let bar = progress_bar((request.ensemble.members * kept.iter().flatten().count()) as u64, name);

@@ -11,7 +11,8 @@ use super::interrupt;
 /// Limits of what a scene may ask for.
 #[derive(Args)]
 pub struct Reading {
-    /// Raises or lowers a limit on what a scene may ask for: text, mesh (bytes), knots, steps, positions, parts, points, triangles, members.
+    /// Raises or lowers a limit on what a scene may ask for: text, mesh (bytes), knots, steps, positions, parts, points,
+    /// triangles, splits, members, memory (bytes), work (cable steps), cuts (parts of a step).
     #[arg(long = "limit", value_name = "NAME=N")]
     limits: Vec<String>,
     /// Ends the program, with status 1, when it has run so long: `90s`, `5min`, `2h`; what is finished is kept.

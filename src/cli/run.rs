@@ -89,6 +89,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         }
         let request =
             Request { members: members as usize, perturb_m: arguments.perturb, seed: arguments.seed };
+        request.check(&case)?;
         return many(&case, &request, &out, arguments.format);
     }
     let earlier = out.join("summary.json").exists();
@@ -151,7 +152,13 @@ fn one(case: &Case, out: &Path) -> Result<Summary, Error> {
     let summary = Summary::of(case, &run, &curves);
     results::write(out, case, &run, &curves, &summary)?;
     interrupt::leaves(format!("the results are in {}", out.display()));
-    Ok(summary)
+    if let Some(time) = run.first_not_finite() {
+        return Err(Error::Expectation(format!(
+            "{}: not a finite number in the series at {time} s",
+            case.name
+        )));
+    }
+    summary.sound().map_err(|why| Error::Expectation(format!("{}: {why}", case.name)))
 }
 
 /// Whether the summary is what the scene expects.

@@ -53,6 +53,12 @@ pub fn bullet_radius(net: &Net) -> f64 {
     (0.75 * mass / (std::f64::consts::PI * STEEL)).cbrt()
 }
 
+/// Memory that the strands of `net` take when they are watched [bytes].
+pub fn memory(net: &Net) -> f64 {
+    let n_strands = (net.cables.len() + net.bullets.len()) as f64;
+    0.5 * n_strands * n_strands * size_of::<Sleeper>() as f64
+}
+
 /// The strands of a net, and their contacts.
 pub struct PairWatch {
     strands: Vec<Strand>,

@@ -235,6 +235,22 @@ impl Summary {
         scalars
     }
 
+    /// The same, when every number in it is one; JSON has no words for others, and would write null.
+    ///
+    /// # Errors
+    /// Names of the numbers that are none.
+    pub fn sound(self) -> Result<Summary, String> {
+        let value = serde_json::to_value(&self).unwrap_or_default();
+        // What is null where a number must be is not read back; what is null where nothing may be is not equal.
+        if serde_json::from_value::<Summary>(value.clone()).is_ok_and(|back| back == self) {
+            return Ok(self);
+        }
+        let schema = read::schema::<Summary>();
+        let mut gaps = Vec::new();
+        collect_gaps("", &schema, &schema, &value, &mut gaps);
+        Err(format!("not a finite number in the summary: {}", gaps.join(", ")))
+    }
+
     /// What of `expect` does not hold, in words.
     pub fn missed(&self, expect: &Expect) -> Vec<String> {
         let mut missed = Vec::new();
@@ -369,9 +385,52 @@ fn collect_names(path: &str, schema: &Value, root: &Value, names: &mut Vec<Strin
     }
 }
 
+/// Places where the schema asks for a number and the value has none.
+fn collect_gaps(path: &str, schema: &Value, root: &Value, value: &Value, gaps: &mut Vec<String>) {
+    if let Some(target) = schema["$ref"].as_str().and_then(|name| root.pointer(name.trim_start_matches('#')))
+    {
+        return collect_gaps(path, target, root, value, gaps);
+    }
+    match value {
+        Value::Null if schema["type"] == "number" => gaps.push(path.to_owned()),
+        Value::Object(map) => {
+            for (key, inner) in map {
+                collect_gaps(&read::join(path, key), &schema["properties"][key], root, inner, gaps);
+            }
+            for form in schema["anyOf"].as_array().into_iter().flatten().filter(|form| form["type"] != "null")
+            {
+                collect_gaps(path, form, root, value, gaps);
+            }
+        }
+        Value::Array(list) => {
+            for (index, inner) in list.iter().enumerate() {
+                collect_gaps(&format!("{path}.{index}"), &schema["items"], root, inner, gaps);
+            }
+        }
+        _ => {}
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_summary_with_a_number_that_is_none_is_not_sound() {
+        let case = Case::load("deployment-kevlar", &["duration_s=0.01".to_owned(), "expect=null".to_owned()]);
+        let case = case.unwrap_or_else(|problems| panic!("{problems}"));
+        let run = Run::of(&case, |_| {}).unwrap();
+        let summary = Summary::of(&case, &run, &Curves::of(&case, &run));
+        assert!(summary.clone().sound().is_ok());
+        let mut broken = summary.clone();
+        broken.cables.max_strain = f64::INFINITY;
+        broken.deployment.max_area_m2 = f64::NAN;
+        let told = broken.sound().unwrap_err();
+        assert!(told.contains("deployment.max_area_m2") && told.contains("cables.max_strain"), "{told}");
+        let mut broken = summary;
+        broken.trust_horizon_s = Some(f64::NAN);
+        assert!(broken.sound().is_err());
+    }
 
     #[test]
     fn names_of_the_contract_are_known() {

@@ -18,8 +18,8 @@ use nalgebra::Vector3;
 
 use crate::assets::Kind;
 use crate::cable::{self, Cable};
-use crate::problems::Problems;
 use crate::json;
+use crate::problems::Problems;
 use crate::read;
 use spec::{EdgeCable, Launch, Material, MaterialChoice};
 

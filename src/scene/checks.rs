@@ -1,5 +1,6 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
+use super::estimate::{self, FRAME_KNOTS};
 use super::schema::Scene;
 use crate::case::{self, TimeStep};
 use crate::closing::trigger::Trigger;
@@ -12,9 +13,6 @@ use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
 use crate::step::mass_spring::stability::{self, RESOLVES};
 use crate::target::Target;
 use crate::target::spec::Motion;
-
-/// What a recorded frame takes beside its knots (ledger, target, readings), in knots.
-const FRAME_KNOTS: usize = 16;
 
 /// Most explicit sub-steps within a step of the engine; real nets have some hundred.
 const MAX_PARTS: f64 = 1e5;
@@ -186,6 +184,7 @@ pub fn check_built(
     let substeps = if scene.solver.cables == CableModel::Explicit { time_step.substeps } else { 1 };
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     check_parts(scene, net, step, problems);
+    check_estimate(scene, net, target, time_step, limits, problems);
     let Some(target) = target else { return };
     let turn = target.spin.norm() * step;
     if target.motion != Motion::Fixed && turn > MAX_TURN {
@@ -214,23 +213,62 @@ pub fn check_built(
     }
 }
 
+/// Checks what a run will take.
+fn check_estimate(
+    scene: &Scene,
+    net: &Net,
+    target: Option<&Target>,
+    time_step: TimeStep,
+    limits: &Limits,
+    problems: &mut Problems,
+) {
+    let memory = estimate::memory(scene, net, target, time_step);
+    let all: f64 = memory.iter().map(|(_, bytes)| bytes).sum();
+    if limits.exceeded(Limit::Memory, all)
+        && let Some((place, most)) = memory.iter().max_by(|one, other| one.1.total_cmp(&other.1))
+        && !problems.list.iter().any(|known| known.place == *place)
+    {
+        let [all, most] = [all, *most].map(estimate::in_words);
+        let found = format!("what takes {most} of an estimated {all}");
+        problems.add(*place, found, limits.allowed(Limit::Memory));
+    }
+    let work = estimate::cable_steps(scene, net, time_step);
+    if limits.exceeded(Limit::Work, work) && !problems.list.iter().any(|known| known.place == "duration_s") {
+        let found = format!("{}, {work:.3e} cable steps of {} cables", scene.duration_s.0, net.cables.len());
+        problems.add("duration_s", found, limits.allowed(Limit::Work));
+    }
+}
+
 /// Deepest overlap of a knot with the target at the start, over its radius [-]: more is no touch. A
 /// response would push it out within a step, hence shoot it off.
 const MAX_OVERLAP: f64 = 0.01;
 
+/// Overlaps after which no deeper one is looked for.
+const ENOUGH: usize = 1000;
+
 /// Checks that the folded net is clear of the target.
 fn check_clear(net: &Net, target: &Target, problems: &mut Problems) {
     let mut deepest: Option<(usize, usize, f64)> = None;
+    let mut n_inside = 0;
     for (knot, (position, radius)) in net.folded.iter().zip(&net.radius).enumerate() {
         let point = target.attitude.inverse_transform_vector(&(position - target.position));
         if point.norm() > target.bounding_radius + radius {
             continue;
         }
         for (index, part) in target.parts.iter().enumerate() {
-            let overlap = part.depth(&point) + radius;
-            if overlap > MAX_OVERLAP * radius && deepest.is_none_or(|(_, _, known)| overlap > known) {
-                deepest = Some((knot, index, overlap));
+            if part.is_farther(&point, *radius) {
+                continue;
             }
+            let overlap = part.depth(&point) + radius;
+            if overlap > MAX_OVERLAP * radius {
+                n_inside += 1;
+                if deepest.is_none_or(|(_, _, known)| overlap > known) {
+                    deepest = Some((knot, index, overlap));
+                }
+            }
+        }
+        if n_inside > ENOUGH {
+            break;
         }
     }
     if let Some((knot, part, overlap)) = deepest {

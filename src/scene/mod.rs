@@ -1,9 +1,10 @@
 //! A scene: what a user writes, where it is found, and what its parts allow together.
 //!
 //! `read`: text to [`schema::Scene`], every fault at once. [`checks`]: faults that no single value
-//! shows.
+//! shows. [`estimate`]: what a run will take.
 
 pub mod checks;
+pub mod estimate;
 pub mod schema;
 
 use std::path::{Path, PathBuf};

@@ -14,10 +14,12 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 use statrs::statistics::{Data, OrderStatistics};
 
+use crate::cable::Cable;
 use crate::case::Case;
 use crate::metrics::capture::Curves;
 use crate::metrics::retention::{Retention, Trial};
 use crate::metrics::summary::Summary;
+use crate::problems::Problems;
 use crate::run::Run;
 
 /// What an ensemble is asked for.
@@ -96,6 +98,42 @@ pub struct Ensemble {
     pub scalars: BTreeMap<String, Quartiles>,
 }
 
+/// Largest energy that a perturbation may put into the cables, over the launch energy [-]: more is another shot.
+const MOST_ENERGY: f64 = 1e-2;
+
+impl Request {
+    /// Checks that the perturbation leaves `case` what it is.
+    ///
+    /// # Errors
+    /// A fault of `--perturb`: knots moved by more than the shortest cable, or cables so stretched that they
+    /// would throw the net.
+    pub fn check(&self, case: &Case) -> Result<(), Problems> {
+        let mut problems = Problems::new("--perturb");
+        let shortest = case.net.cables.iter().map(|cable| cable.rest_length).fold(f64::INFINITY, f64::min);
+        let moved = perturbed(case, self, 0);
+        let stretched = |positions: &[Vector3<f64>]| -> f64 {
+            let energy = |cable: &Cable| {
+                let stretch = (positions[cable.b] - positions[cable.a]).norm() - cable.rest_length;
+                0.5 * cable.stiffness * stretch.max(0.0).powi(2)
+            };
+            case.net.cables.iter().map(energy).sum()
+        };
+        let (put_in, launch) =
+            (stretched(&moved.net.folded) - stretched(&case.net.folded), case.net.launch_energy());
+        if self.perturb_m > shortest {
+            problems.add(
+                "",
+                format!("{} m", self.perturb_m),
+                format!("at most the shortest cable, {shortest} m"),
+            );
+        } else if launch > 0.0 && put_in > MOST_ENERGY * launch {
+            let found = format!("{} m, which stretches cables by {put_in:.1e} J", self.perturb_m);
+            problems.add("", found, format!("at most {MOST_ENERGY} of the launch energy, {launch:.1e} J"));
+        }
+        problems.into_result(Some(()))
+    }
+}
+
 /// A copy of `case` whose folded knots are moved by up to `request.perturb_m` along each axis, and
 /// whose shots deviate anew where the scene disperses them.
 pub fn perturbed(case: &Case, request: &Request, member: usize) -> Case {
@@ -122,7 +160,7 @@ pub fn run(case: &Case, request: &Request, known: Vec<Member>, done: impl Fn(&Me
         .map(|member| {
             let case = perturbed(case, request, member);
             let outcome = match Run::of(&case, |_| {}) {
-                Ok(run) => Ok(Summary::of(&case, &run, &Curves::of(&case, &run))),
+                Ok(run) => Summary::of(&case, &run, &Curves::of(&case, &run)).sound(),
                 Err(failure) => Err(failure.to_string()),
             };
             let member = Member { member, outcome };

@@ -5,7 +5,9 @@
 //! any file of the user's read. `--allow-outside` lifts this.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
 
 use crate::limits::{self, Limit, Limits, Unread};
 use crate::problems::Problems;
@@ -19,12 +21,25 @@ pub struct Files<'a> {
     folder: Option<Cow<'a, Path>>,
     /// How much may be read.
     pub limits: &'a Limits,
+    /// How much of it all meshes have taken so far.
+    pub spent: Rc<Spent>,
+}
+
+/// What the meshes of a scene have taken so far.
+#[derive(Debug, Default)]
+pub struct Spent {
+    /// Bytes of their files.
+    pub bytes: Cell<u64>,
+    /// Their triangles.
+    pub triangles: Cell<u64>,
+    /// Those that were split into convex parts.
+    pub splits: Cell<u64>,
 }
 
 impl<'a> Files<'a> {
     /// Files of a scene in `folder`, if it is a file.
     pub fn of(folder: Option<&'a Path>, limits: &'a Limits) -> Files<'a> {
-        Files { root: folder, folder: folder.map(Cow::Borrowed), limits }
+        Files { root: folder, folder: folder.map(Cow::Borrowed), limits, spent: Rc::default() }
     }
 
     /// Files that are named by the file `path`; none by one that is built in.
@@ -54,10 +69,18 @@ impl<'a> Files<'a> {
             problems.add(place, found, "a file in that folder or below (--allow-outside lifts this)");
             return None;
         }
-        match limits::read_file(&path, self.limits.of(limit)) {
-            Ok(bytes) => Some((bytes, path)),
+        let before = if limit == Limit::Mesh { self.spent.bytes.get() } else { 0 };
+        match limits::read_file(&path, self.limits.of(limit).saturating_sub(before)) {
+            Ok(bytes) => {
+                self.spent.bytes.set(before + bytes.len() as u64);
+                Some((bytes, path))
+            }
             Err(Unread::TooLong(length)) => {
-                problems.add(place, format!("{name:?} of {length} bytes"), self.limits.allowed(limit));
+                problems.add(
+                    place,
+                    format!("{name:?} of {length} bytes{}", after(before)),
+                    self.limits.allowed(limit),
+                );
                 None
             }
             Err(error) => {
@@ -67,6 +90,11 @@ impl<'a> Files<'a> {
             }
         }
     }
+}
+
+/// What others have taken before, for a fault.
+pub(super) fn after(before: u64) -> String {
+    if before == 0 { String::new() } else { format!(", after {before} of others") }
 }
 
 /// Whether the words of `path` lead out of `root`, which it starts with unless it is absolute.

@@ -11,6 +11,7 @@
 //! Coordinates are single precision, as STL has them and the OBJ reader gives them: 1e-7 of a
 //! coordinate, some micrometres on a satellite.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,7 +21,7 @@ use nalgebra::Vector3;
 use parry3d::math::Vector as ParryVector;
 use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
 
-use super::files::Files;
+use super::files::{Files, after};
 use super::moments::Moments;
 use super::parts::{Primitive, from_parry, to_parry};
 use super::spec;
@@ -68,6 +69,17 @@ pub enum MeshFault {
     /// Too much in it.
     #[error("too many triangles or vertices")]
     TooMany,
+    /// More surfaces to be split than may be.
+    #[error("a surface that is not convex")]
+    TooManySplits,
+    /// A line that does not say what it should.
+    #[error("line {line}: {fault}")]
+    Line {
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        fault: String,
+    },
     /// A coordinate that is no finite number.
     #[error("vertex {0}, which is not finite")]
     NotFinite(usize),
@@ -119,34 +131,76 @@ pub fn load(mesh: &spec::MeshFile, files: &Files<'_>, place: &str, problems: &mu
     let place = crate::read::join(place, "file");
     let (bytes, path) = files.read(&mesh.file, Limit::Mesh, &place, problems)?;
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let most = usize::try_from(files.limits.of(Limit::Triangles)).unwrap_or(usize::MAX);
-    match from_bytes(bytes, &extension, mesh.unit_m.0, most) {
+    let (spent, limits) = (&files.spent, files.limits);
+    let left = |limit, before: &Cell<u64>| {
+        usize::try_from(limits.of(limit).saturating_sub(before.get())).unwrap_or(usize::MAX)
+    };
+    let allowed = Allowed {
+        triangles: left(Limit::Triangles, &spent.triangles),
+        splits: left(Limit::Splits, &spent.splits) > 0,
+    };
+    let before = spent.triangles.get();
+    let (made, taken) = from_bytes(bytes, &extension, mesh.unit_m.0, allowed);
+    spent.triangles.set(before + taken.triangles as u64);
+    spent.splits.set(spent.splits.get() + u64::from(taken.splits));
+    match made {
         Ok(mesh) => Some(mesh),
+        Err(MeshFault::TooManySplits) => {
+            let found = format!("{:?}, not convex, after {} of others", mesh.file, spent.splits.get());
+            problems.add(place, found, limits.allowed(Limit::Splits));
+            None
+        }
         Err(fault) => {
-            let most = files.limits.allowed(Limit::Triangles);
+            let most = limits.allowed(Limit::Triangles);
             let allowed = format!("an .obj or .stl file with a closed surface of {most}");
-            problems.add(place, format!("{:?} with {fault}", mesh.file), allowed);
+            problems.add(place, format!("{:?} with {fault}{}", mesh.file, after(before)), allowed);
             None
         }
     }
 }
 
-/// `most` is the largest number of triangles.
-fn from_bytes(bytes: Vec<u8>, extension: &str, unit: f64, most: usize) -> Result<Mesh, MeshFault> {
-    let (corners, triangles) = match extension {
-        "obj" => read_obj(&bytes, most)?,
-        "stl" => read_stl(bytes, most)?,
-        _ => return Err(MeshFault::Extension),
+/// What a mesh may take, or has taken: triangles, and whether it may be, or was, split.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Allowed {
+    triangles: usize,
+    splits: bool,
+}
+
+/// The mesh within what is `allowed`, and what it took.
+fn from_bytes(
+    bytes: Vec<u8>,
+    extension: &str,
+    unit: f64,
+    allowed: Allowed,
+) -> (Result<Mesh, MeshFault>, Allowed) {
+    let mut taken = Allowed::default();
+    let make = || {
+        let most = allowed.triangles;
+        let (corners, triangles) = match extension {
+            "obj" => read_obj(&bytes, most)?,
+            "stl" => read_stl(bytes, most)?,
+            _ => return Err(MeshFault::Extension),
+        };
+        if triangles.is_empty() {
+            return Err(MeshFault::Empty);
+        }
+        if triangles.len() > most {
+            return Err(MeshFault::TooMany);
+        }
+        taken.triangles = triangles.len();
+        let mut surface = weld(&corners, &triangles, unit)?;
+        let moments = closed_moments(&mut surface)?;
+        if let Some(whole) = unsplit(&surface, &moments)? {
+            return Ok(Mesh { pieces: vec![whole], moments });
+        }
+        if !allowed.splits {
+            return Err(MeshFault::TooManySplits);
+        }
+        taken.splits = true;
+        Ok(Mesh { pieces: split(&surface)?, moments })
     };
-    if triangles.is_empty() {
-        return Err(MeshFault::Empty);
-    }
-    if triangles.len() > most {
-        return Err(MeshFault::TooMany);
-    }
-    let mut surface = weld(&corners, &triangles, unit)?;
-    let moments = closed_moments(&mut surface)?;
-    Ok(Mesh { pieces: split(&surface, &moments)?, moments })
+    let made = make();
+    (made, taken)
 }
 
 type Corners = Vec<[f32; 3]>;
@@ -160,19 +214,27 @@ fn read_obj(bytes: &[u8], most: usize) -> Result<(Corners, Triangles), MeshFault
     // Counted here, for the reader takes a hundred bytes a face. No surface has more vertices than
     // the corners of its triangles.
     let (mut n_vertices, mut n_triangles) = (0_usize, 0_usize);
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
+    // The largest vertex that a face names: it may stand further down.
+    let (mut largest, mut named_in) = (0_usize, 0_usize);
+    for (line, text) in text.lines().enumerate().map(|(index, text)| (index + 1, text)) {
+        let mut words = text.split_whitespace();
         match words.next() {
             Some("v") => {
                 n_vertices += 1;
-                geometry.push_str(line);
+                check_vertex(words, line)?;
+                geometry.push_str(text);
             }
             Some("f") => {
                 geometry.push('f');
                 let mut n_corners = 0_usize;
                 for word in words {
+                    let corner = word.split('/').next().unwrap_or_default();
+                    let named = vertex_of(corner, n_vertices, line)?;
+                    if named > largest {
+                        (largest, named_in) = (named, line);
+                    }
                     geometry.push(' ');
-                    geometry.push_str(word.split('/').next().unwrap_or_default());
+                    geometry.push_str(corner);
                     n_corners += 1;
                 }
                 n_triangles += n_corners.saturating_sub(2).max(1);
@@ -183,6 +245,10 @@ fn read_obj(bytes: &[u8], most: usize) -> Result<(Corners, Triangles), MeshFault
             return Err(MeshFault::TooMany);
         }
         geometry.push('\n');
+    }
+    if largest > n_vertices {
+        let fault = format!("a face with vertex {largest} of {n_vertices}");
+        return Err(MeshFault::Line { line: named_in, fault });
     }
     let options = tobj::LoadOptions {
         triangulate: true,
@@ -198,6 +264,43 @@ fn read_obj(bytes: &[u8], most: usize) -> Result<(Corners, Triangles), MeshFault
     let (corners, _) = mesh.positions.as_chunks();
     let (triangles, _) = mesh.indices.as_chunks();
     Ok((corners.to_vec(), triangles.to_vec()))
+}
+
+/// Three coordinates, perhaps a weight, perhaps a colour.
+fn check_vertex<'a>(words: impl Iterator<Item = &'a str>, line: usize) -> Result<(), MeshFault> {
+    let mut n_numbers = 0;
+    for word in words.take(3) {
+        match word.parse::<f32>() {
+            Ok(number) if number.is_finite() => n_numbers += 1,
+            _ => {
+                let fault = format!("a coordinate {:?}, which is no finite number", shortened(word));
+                return Err(MeshFault::Line { line, fault });
+            }
+        }
+    }
+    match n_numbers {
+        3 => Ok(()),
+        fewer => Err(MeshFault::Line { line, fault: format!("a vertex of {fewer} coordinates") }),
+    }
+}
+
+/// The vertex that a corner of a face names, from 1; a negative number counts from the last of the `n_vertices`
+/// so far.
+fn vertex_of(corner: &str, n_vertices: usize, line: usize) -> Result<usize, MeshFault> {
+    let named = corner.parse::<i64>().ok().and_then(|index| match index {
+        1.. => usize::try_from(index).ok(),
+        0 => None,
+        _ => n_vertices.checked_sub(usize::try_from(index.checked_neg()?).ok()?)?.checked_add(1),
+    });
+    // The reader counts in 32 bits.
+    named.filter(|&vertex| vertex <= u32::MAX as usize).ok_or_else(|| {
+        let fault = format!("a face with vertex {:?} of {n_vertices} so far", shortened(corner));
+        MeshFault::Line { line, fault }
+    })
+}
+
+fn shortened(word: &str) -> String {
+    word.chars().take(20).collect()
 }
 
 fn read_stl(mut bytes: Vec<u8>, most: usize) -> Result<(Corners, Triangles), MeshFault> {
@@ -286,16 +389,21 @@ fn closed_moments(surface: &mut Surface) -> Result<Moments, MeshFault> {
     Ok(moments)
 }
 
-/// Convex parts of a closed surface.
-fn split(surface: &Surface, moments: &Moments) -> Result<Vec<Primitive>, MeshFault> {
+/// The one part of a surface that is convex; none where it has to be split.
+fn unsplit(surface: &Surface, moments: &Moments) -> Result<Option<Primitive>, MeshFault> {
     let hull = Hull::of(&surface.vertices).ok_or(MeshFault::Flat(0.0))?.volume();
     // The slack is for the single precision of the coordinates.
     if moments.volume > hull * 1.0001 {
         return Err(MeshFault::Overlaps { volume: moments.volume, hull });
     }
-    if moments.volume >= (1.0 - CONCAVITY) * hull {
-        return simple_hull(&surface.vertices).map(|whole| vec![whole]).ok_or(MeshFault::Indivisible);
+    if moments.volume < (1.0 - CONCAVITY) * hull {
+        return Ok(None);
     }
+    simple_hull(&surface.vertices).map(Some).ok_or(MeshFault::Indivisible)
+}
+
+/// Convex parts of a closed surface.
+fn split(surface: &Surface) -> Result<Vec<Primitive>, MeshFault> {
     let parameters = VHACDParameters { resolution: VOXELS, concavity: CONCAVITY, ..Default::default() };
     // Stretched to fill a cube, so that a thin body gets as many voxels across as along. Stretching
     // keeps convex parts convex and shares of volume what they are.
@@ -354,6 +462,10 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     const MOST: usize = 200_000;
+
+    fn made(bytes: Vec<u8>, extension: &str, unit: f64) -> Result<Mesh, MeshFault> {
+        from_bytes(bytes, extension, unit, Allowed { triangles: MOST, splits: true }).0
+    }
 
     /// Prism over a counter-clockwise outline in the xz plane, from y = 0 to `height`, as corners
     /// and as the triangles of a fan from the first corner.
@@ -418,7 +530,28 @@ mod tests {
     }
 
     fn fault(bytes: &[u8], extension: &str) -> MeshFault {
-        from_bytes(bytes.to_vec(), extension, 1.0, MOST).unwrap_err()
+        made(bytes.to_vec(), extension, 1.0).unwrap_err()
+    }
+
+    #[test]
+    fn a_fault_in_an_obj_file_names_its_line() {
+        for (text, told) in [
+            ("v 1 2 x\n", "line 1: a coordinate \"x\", which is no finite number"),
+            ("# c\nv 1 2\n", "line 2: a vertex of 2 coordinates"),
+            ("v 1 2 1e39\n", "line 1: a coordinate \"1e39\", which is no finite number"),
+            ("v 0 0 0\n\nf 1 2 3\nf 1 1 2\n", "line 3: a face with vertex 3 of 1"),
+            ("v 0 0 0\nf 0 0 0\n", "line 2: a face with vertex \"0\" of 1 so far"),
+            ("v 0 0 0\nf -2 1 1\n", "line 2: a face with vertex \"-2\" of 1 so far"),
+            ("f 9223372036854775807 1 1\n", "line 1: a face with vertex \"9223372036854775807\" of 0 so far"),
+            (
+                "f -9223372036854775808 1 1\n",
+                "line 1: a face with vertex \"-9223372036854775808\" of 0 so far",
+            ),
+            ("f a 1 1\n", "line 1: a face with vertex \"a\" of 0 so far"),
+        ] {
+            let fault = made(text.as_bytes().to_vec(), "obj", 1.0).unwrap_err();
+            assert_eq!(fault.to_string(), told, "{text:?}");
+        }
     }
 
     #[test]
@@ -430,7 +563,7 @@ mod tests {
         for (bytes, extension) in
             [(obj(&cuboid), "obj"), (ascii_stl(&cuboid), "stl"), (stl(&cuboid), "stl"), (marked, "stl")]
         {
-            let mesh = from_bytes(bytes, extension, 0.1, MOST).unwrap();
+            let mesh = made(bytes, extension, 0.1).unwrap();
             assert_eq!(mesh.pieces.len(), 1, "a convex surface stays whole");
             for moments in [mesh.moments, mesh.pieces[0].moments()] {
                 assert!((moments.volume / primitive.volume - 1.0).abs() < 1e-12);
@@ -444,7 +577,7 @@ mod tests {
     fn a_surface_inside_out_is_turned() {
         let (corners, mut triangles) = cuboid();
         triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
-        let mesh = from_bytes(obj(&(corners, triangles)), "obj", 1.0, MOST).unwrap();
+        let mesh = made(obj(&(corners, triangles)), "obj", 1.0).unwrap();
         assert!((mesh.moments.volume - 6.0).abs() < 1e-12);
         assert!(mesh.moments.inertia.symmetric_eigenvalues().min() > 0.0);
     }
@@ -453,13 +586,13 @@ mod tests {
     fn quads_and_relative_indices_of_obj() {
         let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                     f 4 3 2 1\nf -4 -3 -2 -1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-        let mesh = from_bytes(text.as_bytes().to_vec(), "obj", 2.0, MOST).unwrap();
+        let mesh = made(text.as_bytes().to_vec(), "obj", 2.0).unwrap();
         assert!((mesh.moments.volume - 8.0).abs() < 1e-12);
     }
 
     #[test]
     fn an_l_shape_keeps_its_volume_and_its_notch() {
-        let mesh = from_bytes(obj(&l_shape()), "obj", 1.0, MOST).unwrap();
+        let mesh = made(obj(&l_shape()), "obj", 1.0).unwrap();
         // The moments are those of the surface: two bars.
         assert!((mesh.moments.volume - 5.0).abs() < 1e-12);
         let centroid = Vector3::new(5.5 / 5.0, 0.5, 5.5 / 5.0);
@@ -472,7 +605,7 @@ mod tests {
             |x: f64, z: f64| mesh.pieces.iter().any(|piece| piece.contains(&Vector3::new(x, 0.5, z)));
         assert!(inside(0.5, 0.5) && inside(2.9, 0.5) && inside(0.5, 2.9));
         assert!(!inside(1.2, 1.2) && !inside(2.5, 1.2) && !inside(1.2, 2.5), "the notch is open");
-        let again = from_bytes(obj(&l_shape()), "obj", 1.0, MOST).unwrap();
+        let again = made(obj(&l_shape()), "obj", 1.0).unwrap();
         assert_eq!(format!("{:?}", mesh.pieces), format!("{:?}", again.pieces), "the same bits");
     }
 
@@ -484,7 +617,7 @@ mod tests {
         let shift = inner.len() as u32;
         let inward: Vec<_> = triangles.iter().map(|t| [t[1] + shift, t[0] + shift, t[2] + shift]).collect();
         triangles.extend(inward);
-        let mesh = from_bytes(stl(&(corners, triangles)), "stl", 1.0, MOST).unwrap();
+        let mesh = made(stl(&(corners, triangles)), "stl", 1.0).unwrap();
         let full = Primitive::Cuboid { half: [0.5, 1.0, 1.5] }.moments().inertia;
         let hole = Primitive::Cuboid { half: [0.25, 0.5, 0.75] }.moments().inertia;
         assert!((mesh.moments.volume - 6.0 * 7.0 / 8.0).abs() < 1e-12);
@@ -499,11 +632,10 @@ mod tests {
         assert_eq!(fault(b"", "obj"), MeshFault::Empty);
         assert_eq!(fault(b"hello\nworld\n", "obj"), MeshFault::Empty);
         assert!(matches!(fault(b"", "stl"), MeshFault::Garbage(_)));
-        assert!(matches!(fault(b"v 1 2 x\n", "obj"), MeshFault::Garbage(_)));
-        assert!(matches!(fault(b"v 0 0 0\nf 1 2 3\n", "obj"), MeshFault::Garbage(_)));
-        assert!(matches!(fault(b"v 0 0 0\nf 0 0 0\n", "obj"), MeshFault::Garbage(_)));
-        assert!(matches!(fault(b"f 9223372036854775807 1 1\n", "obj"), MeshFault::Garbage(_)));
-        assert_eq!(fault(b"v nan 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n", "obj"), MeshFault::NotFinite(0));
+        assert_eq!(
+            fault(b"v nan 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n", "obj").to_string(),
+            "line 1: a coordinate \"nan\", which is no finite number"
+        );
 
         let open = (corners.clone(), triangles[1..].to_vec());
         assert_eq!(fault(&stl(&open), "stl"), MeshFault::Open { open: 3, edges: 18 });
@@ -518,7 +650,7 @@ mod tests {
         twice.0.extend(corners.iter().map(|corner| corner.map(|x| 0.999 * x + 0.0005)));
         twice.1.extend(triangles.iter().map(|triangle| triangle.map(|i| i + 8)));
         assert!(matches!(fault(&stl(&twice), "stl"), MeshFault::Overlaps { .. }));
-        let huge = from_bytes(stl(&(corners, triangles)), "stl", 1e300, MOST);
+        let huge = made(stl(&(corners, triangles)), "stl", 1e300);
         assert!(huge.is_err());
     }
 
@@ -552,7 +684,7 @@ mod tests {
 
     #[test]
     fn a_fine_ring_keeps_its_hole_in_few_simple_parts() {
-        let mesh = from_bytes(obj(&ring(80)), "obj", 1.0, MOST).unwrap();
+        let mesh = made(obj(&ring(80)), "obj", 1.0).unwrap();
         let exact = 2.0 * std::f64::consts::PI.powi(2) * 0.09;
         assert!((mesh.moments.volume / exact - 1.0).abs() < 0.003);
         let volume: f64 = mesh.pieces.iter().map(Primitive::volume).sum();
@@ -575,7 +707,7 @@ mod tests {
         {
             let (mut corners, triangles) = l_shape();
             corners.iter_mut().flatten().zip(scale.iter().cycle()).for_each(|(x, scale)| *x *= scale);
-            let mesh = from_bytes(obj(&(corners, triangles)), "obj", 1.0, MOST).unwrap();
+            let mesh = made(obj(&(corners, triangles)), "obj", 1.0).unwrap();
             let volume = 5.0 * f64::from(scale.iter().product::<f32>());
             assert!((mesh.moments.volume / volume - 1.0).abs() < 1e-5, "{scale:?}");
             let in_pieces: f64 = mesh.pieces.iter().map(Primitive::volume).sum();
@@ -605,7 +737,7 @@ mod tests {
                 }
             }
             // Some mutants are still meshes; whatever comes out has volume.
-            if let Ok(mesh) = from_bytes(bytes, extension, 1.0, MOST) {
+            if let Ok(mesh) = made(bytes, extension, 1.0) {
                 assert!(mesh.moments.volume > 0.0 && !mesh.pieces.is_empty());
             }
         }

@@ -138,9 +138,20 @@ fn solids(found: &shape::Found<'_>, problems: &mut Problems) -> Option<Vec<Solid
         problems.add(&parts, format!("{n_parts} parts"), found.files.limits.allowed(Limit::Parts));
         return None;
     }
-    let solids: Vec<Solid> = (found.shape.parts.iter().enumerate())
-        .filter_map(|(i, part)| Solid::from_spec(part, &found.files, &format!("{parts}[{i}]"), problems))
-        .collect();
+    let points = |part: &spec::Part| part.convex.as_ref().map_or(0, |convex| convex.points_m.len());
+    let n_points: usize = found.shape.parts.iter().map(points).sum();
+    let limits = found.files.limits;
+    if n_parts > 1 && limits.exceeded(Limit::Points, n_points as f64) {
+        problems.add(&parts, format!("{n_points} points in all"), limits.allowed(Limit::Points));
+        return None;
+    }
+    let mut solids = Vec::with_capacity(n_parts);
+    for (i, part) in found.shape.parts.iter().enumerate() {
+        solids.extend(Solid::from_spec(part, &found.files, &format!("{parts}[{i}]"), problems));
+        if problems.is_full() {
+            break;
+        }
+    }
     (problems.list.len() == faults).then_some(solids)
 }
 

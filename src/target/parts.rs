@@ -133,13 +133,7 @@ impl Primitive {
             Primitive::Cuboid { half: [x, y, z] } => 2.0 * x.min(*y).min(*z),
             Primitive::Cylinder { radius, half_length } => 2.0 * radius.min(*half_length),
             Primitive::Capsule { radius, .. } | Primitive::Ball { radius } => 2.0 * radius,
-            Primitive::Convex { hull } => {
-                let width = |plane: &crate::geometry::Plane| {
-                    let lowest = hull.vertices.iter().map(|v| plane.normal.dot(v)).fold(f64::MAX, f64::min);
-                    plane.offset - lowest
-                };
-                hull.planes.iter().map(width).fold(f64::MAX, f64::min)
-            }
+            Primitive::Convex { hull } => hull.thickness(),
         }
     }
 
@@ -213,6 +207,16 @@ impl Primitive {
         }
     }
 
+    /// Whether `point` is surely farther than `distance` outside [m]: at once where one face says so.
+    pub fn is_farther(&self, point: &Vector3<f64>, distance: f64) -> bool {
+        match self {
+            Primitive::Convex { hull } => {
+                hull.planes.iter().any(|plane| plane.normal.dot(point) - plane.offset > distance)
+            }
+            _ => self.depth(point) < -distance,
+        }
+    }
+
     /// Points on the solid whose hull stands for it; round solids lose a little (see
     /// [`CIRCLE_POINTS`]).
     pub(super) fn hull_points(&self) -> Vec<Vector3<f64>> {
@@ -266,6 +270,11 @@ impl ConvexPart {
     /// How deep a point of the body frame is inside (see [`Primitive::depth`]) [m].
     pub fn depth(&self, point: &Vector3<f64>) -> f64 {
         self.primitive.depth(&self.to_part(point))
+    }
+
+    /// Whether a point of the body frame is surely farther than `distance` outside [m].
+    pub fn is_farther(&self, point: &Vector3<f64>, distance: f64) -> bool {
+        self.primitive.is_farther(&self.to_part(point), distance)
     }
 
     /// Points of the part, in the body frame, that make the hull of the whole target.

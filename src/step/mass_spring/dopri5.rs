@@ -93,6 +93,9 @@ pub struct Dopri5 {
     pub steps: u64,
     /// Ends of modes met.
     pub switches: u64,
+    /// Steps tried, and the most that may be.
+    tried: u64,
+    most: u64,
 }
 
 /// Dormand and Prince's coefficients: stage by stage, the last row is the result of order 5.
@@ -129,7 +132,19 @@ impl Dopri5 {
             frequency: 2.0 / stable,
             steps: 0,
             switches: 0,
+            tried: 0,
+            most: u64::MAX,
         }
+    }
+
+    /// Allows so many more tries of steps; until it is called there is no limit.
+    pub fn allow(&mut self, tries: u64) {
+        self.most = self.tried.saturating_add(tries);
+    }
+
+    /// Steps tried so far.
+    pub fn tried(&self) -> u64 {
+        self.tried
     }
 
     /// Takes over positions [m], velocities [m/s] and accelerations by other forces [m/s^2], of which
@@ -158,11 +173,12 @@ impl Dopri5 {
         self.tension.iter_mut().map(std::mem::take)
     }
 
-    /// Flies on for `span` seconds.
+    /// Flies on for `span` seconds, or as far as the allowed tries reach.
     pub fn advance(&mut self, span: f64) {
         let mut left = span;
-        while left > 0.0 {
+        while left > 0.0 && self.tried < self.most {
             left -= self.step(left);
+            self.tried += 1;
         }
     }
 

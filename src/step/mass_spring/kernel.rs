@@ -229,6 +229,18 @@ impl ExplicitNet {
         self.stages = Some(stages);
     }
 
+    /// Allows so many more tries of steps of its own, where it has any.
+    pub fn allow(&mut self, tries: u64) {
+        if let Some(located) = &mut self.located {
+            located.allow(tries);
+        }
+    }
+
+    /// Steps of its own that it tried so far.
+    pub fn tried(&self) -> u64 {
+        self.located.as_ref().map_or(0, |located| located.tried())
+    }
+
     /// The located flight over the sub-step; it leaves what `kick_rk4` leaves.
     fn kick_located(&mut self, step: f64) {
         let Some(located) = &mut self.located else { return };

@@ -8,7 +8,8 @@ use nalgebra::Vector3;
 
 use crate::case::Case;
 use crate::contact::watch::{Movable, Watch};
-use crate::failure::{self, Failure};
+use crate::failure::{self, Cuts, Failure};
+use crate::limits::Limit;
 use crate::options::BuildOptions;
 use crate::state::State;
 use crate::step::Pull;
@@ -27,6 +28,7 @@ pub struct MassSpring {
     touched: Vec<bool>,
     substep: f64,
     n_substeps: u32,
+    cuts: Cuts,
 }
 
 impl MassSpring {
@@ -54,6 +56,7 @@ impl MassSpring {
             touched: vec![false; case.net.n_knots()],
             substep: step / f64::from(n_substeps),
             n_substeps,
+            cuts: Cuts::new(case.limits.of(Limit::Cuts)),
         }
     }
 
@@ -79,6 +82,9 @@ impl MassSpring {
             pull.reach(&mut self.reached);
         }
         self.net.load(&state.knots, &state.loads.on_knots);
+        // One more than may be: those end it.
+        let tried = self.net.tried();
+        self.net.allow(self.cuts.begin().saturating_add(1));
         for _ in 0..self.n_substeps {
             self.net.kick(self.substep);
             if !self.reached.is_empty() {
@@ -96,6 +102,7 @@ impl MassSpring {
         }
         self.net.store(&mut state.knots);
         self.net.take_tension(&mut state.tension);
+        self.cuts.count(self.net.tried() - tried, state.time)?;
         failure::check(state, "cables")?;
         clock.lap(&mut work.stages.cables);
 

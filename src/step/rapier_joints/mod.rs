@@ -7,7 +7,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::case::Case;
 use crate::contact::rapier::Rapier;
 use crate::contact::watch::{Movable, Watch};
-use crate::failure::{self, Failure};
+use crate::failure::{self, Cuts, Failure};
+use crate::limits::Limit;
 use crate::options::BuildOptions;
 use crate::solver::{ContactModel, Flight};
 use crate::state::{Body, Knots, State};
@@ -33,6 +34,7 @@ pub struct RapierJoints {
     inverse_mass: Vec<f64>,
     /// Parts of a step.
     substep: AdaptiveSubstep,
+    cuts: Cuts,
     pressed: Pressed,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
@@ -65,6 +67,7 @@ impl RapierJoints {
             flight: (case.scene.solver.flight == Flight::Explicit).then(|| MassSpring::flight(case)),
             inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
             substep: AdaptiveSubstep::new(most_parts(case, plan)),
+            cuts: Cuts::new(case.limits.of(Limit::Cuts)),
             pressed: Pressed::default(),
             starts: Default::default(),
             touched: vec![false; case.net.n_knots()],
@@ -106,7 +109,9 @@ impl RapierJoints {
         if may_cut {
             pull.keep();
         }
+        self.cuts.begin();
         loop {
+            self.cuts.count(u64::from(self.substep.now()), state.time)?;
             let gain = self.in_parts(before, state, work, pull, &mut clock)? - energy;
             let overran = may_cut && pull.overran(&state.knots);
             if self.substep.accept(gain, energy + gain, overran) {
