@@ -71,16 +71,21 @@ impl Case {
     /// Every fault at once.
     pub fn build(source: &Source) -> Result<Case, Problems> {
         let mut problems = Problems::new(&source.input);
-        let case = source.scene(&mut problems).and_then(|mut scene| {
-            let limits = &source.limits;
-            checks::check_scene(&scene, limits, &mut problems);
-            let files = Files::of(source.folder.as_deref(), limits);
-            scene.effects.load(&files, &mut problems);
-            let net = checks::check_knots(&scene.net, limits, &mut problems)
-                .then(|| Net::build(&scene.net, &scene.launch, &mut problems))
+        let limits = &source.limits;
+        let files = Files::of(source.folder.as_deref(), limits);
+        // Net and target, and every fault that does not need both.
+        let parts = |scene: &mut Scene, problems: &mut Problems| {
+            checks::check_scene(scene, limits, problems);
+            scene.effects.load(&files, problems);
+            let net = checks::check_knots(&scene.net, limits, problems)
+                .then(|| Net::build(&scene.net, &scene.launch, problems))
                 .flatten();
-            let target =
-                scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", &mut problems));
+            let target = scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", problems));
+            (net, target)
+        };
+        let readable = |mut scene: Scene, problems: &mut Problems| drop(parts(&mut scene, problems));
+        let case = source.scene(&mut problems, readable).and_then(|mut scene| {
+            let (net, target) = parts(&mut scene, &mut problems);
             let net = net?;
             let target = match target {
                 Some(None) => return None,

@@ -126,8 +126,8 @@ fn explain(error: &ValidationError<'_>, schema: &Value, root: &str, problems: &m
         Kind::MinItems { limit } => add(format!("at least {limit} entries")),
         Kind::MaxItems { limit } => add(format!("at most {limit} entries")),
         Kind::Type { kind } => add(type_names(kind)),
-        // An object without keys of its own.
-        Kind::FalseSchema => add("nothing here".to_owned()),
+        // An object without keys of its own; the place is the object's.
+        Kind::FalseSchema => add("an object without keys".to_owned()),
         other => add(format!("what the rule `{}` says: {error}", other.keyword())),
     }
 }

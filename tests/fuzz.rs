@@ -1,8 +1,12 @@
 //! No input makes the program panic, hang or eat the memory: valid scenes, shapes, meshes and
 //! arguments, spoilt at random, and bytes of no meaning. What passes the checks takes a few steps.
 //!
-//! A short seeded round runs with the tests. The long one:
-//! `FUZZ=100000 cargo test --release --test fuzz -- --nocapture`; `FUZZ_FROM=N` starts at input N.
+//! Readers: scene, shape, mesh, profile, the arguments `--set` and `--vary`, a kept member of an ensemble and of a
+//! comparison, a study of costs. Inputs that once went wrong are kept in `tests/corpus/`, a folder a reader; they are
+//! read as they are, and spoilt with the others.
+//!
+//! A short seeded round runs with the tests. The long one, of a night:
+//! `FUZZ=200000 cargo test --release --test fuzz -- --nocapture`; `FUZZ_FROM=N` starts at input N.
 
 #[path = "common/mutate.rs"]
 mod mutate;
@@ -23,7 +27,9 @@ use tumblenet::limits::Limits;
 use tumblenet::problems::Problems;
 use tumblenet::scene::Source;
 use tumblenet::simulation::Simulation;
+use tumblenet::study::compare::track;
 use tumblenet::study::compare::variants::variants;
+use tumblenet::study::{cost, ensemble};
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -41,7 +47,24 @@ struct Stock {
     /// Valid shapes.
     shapes: Vec<Value>,
     /// Valid meshes and the endings of their names.
-    meshes: Vec<(Vec<u8>, &'static str)>,
+    meshes: Vec<(Vec<u8>, String)>,
+    /// The corpus: reader, ending of the name, bytes.
+    corpus: Vec<(String, String, Vec<u8>)>,
+}
+
+/// All files of `tests/corpus/`, in the order of their names.
+fn corpus() -> Vec<(String, String, Vec<u8>)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus");
+    let mut files = Vec::new();
+    for folder in std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()) {
+        for file in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            let of = |part: Option<&std::ffi::OsStr>| part.unwrap().to_string_lossy().into_owned();
+            let (reader, ending) = (of(folder.file_name()), of(file.extension()));
+            files.push((file.clone(), (reader, ending, std::fs::read(file).unwrap())));
+        }
+    }
+    files.sort();
+    files.into_iter().map(|(_, file)| file).collect()
 }
 
 impl Stock {
@@ -74,7 +97,11 @@ impl Stock {
             scene["target"]["shape"] = shape.clone();
             scenes.push(scene);
         }
-        Stock { scenes, shapes, meshes: meshes() }
+        let corpus = corpus();
+        let of_corpus = corpus.iter().filter(|file| file.0 == "mesh");
+        let of_corpus = of_corpus.map(|(_, ending, bytes)| (bytes.clone(), ending.clone()));
+        let meshes = meshes().into_iter().map(|(bytes, ending)| (bytes, ending.to_owned()));
+        Stock { scenes, shapes, meshes: meshes.chain(of_corpus).collect(), corpus }
     }
 }
 
@@ -159,7 +186,9 @@ fn outcome<T>(result: Result<T, Problems>, go_on: impl FnOnce(T)) -> Outcome {
         }
         Err(problems) => {
             assert!(!problems.list.is_empty());
-            assert!(problems.to_string().len() < 1 << 20);
+            let told = problems.to_string();
+            assert!(told.len() < 1 << 20);
+            assert!(!told.contains("the schema lets pass") && !told.contains("False schema"), "{told}");
             Outcome::Refused
         }
     }
@@ -183,6 +212,50 @@ fn steps(case: Case) {
     }
 }
 
+/// A file of `bytes` through its reader.
+fn read(stock: &Stock, reader: &str, ending: &str, bytes: Vec<u8>, folder: &Path) -> Outcome {
+    let name = format!("{reader}.{ending}");
+    std::fs::write(folder.join(&name), &bytes).unwrap();
+    let with = |pointer: &str, value: Value| {
+        let mut json = stock.scenes[1].clone();
+        json["effects"] = json!({});
+        let (above, key) = pointer.rsplit_once('/').unwrap();
+        json.pointer_mut(above).unwrap()[key] = value;
+        let folder = Some(folder.to_path_buf());
+        Case::build(&Source {
+            name: "fuzz".into(),
+            input: "fuzz".into(),
+            folder,
+            json,
+            limits: Limits::default(),
+        })
+    };
+    let known = |is_known: bool| if is_known { Outcome::Passed } else { Outcome::Refused };
+    match reader {
+        "scene" => outcome(Case::load(&folder.join(&name).to_string_lossy(), &[]), steps),
+        "shape" => outcome(with("/target/shape", json!(name)), steps),
+        "mesh" => outcome(with("/target/shape", json!({ "parts": [{ "mesh": { "file": name } }] })), steps),
+        "profile" => outcome(with("/effects/cabin", json!({ "profile": name })), steps),
+        "member" => known(
+            serde_json::from_slice::<ensemble::Member>(&bytes).is_ok()
+                | serde_json::from_slice::<track::Member>(&bytes).is_ok(),
+        ),
+        "cost" => known(serde_json::from_slice::<cost::Study>(&bytes).is_ok()),
+        other => panic!("tests/corpus/{other} has no reader"),
+    }
+}
+
+/// What once went wrong.
+#[test]
+fn the_corpus_ends_in_words() {
+    let stock = Stock::new();
+    let folder = tempfile::tempdir().unwrap();
+    for (reader, ending, bytes) in &stock.corpus {
+        read(&stock, reader, ending, bytes.clone(), folder.path());
+    }
+    assert!(stock.corpus.len() > 30);
+}
+
 /// Input number `number`: made, read, checked.
 fn feed(stock: &Stock, number: u64, folder: &Path) -> Outcome {
     let mut random = ChaCha8Rng::seed_from_u64(number);
@@ -203,7 +276,13 @@ fn feed(stock: &Stock, number: u64, folder: &Path) -> Outcome {
     let (mesh, ending) = pick(&stock.meshes, random);
     write("mesh.obj", &stock.meshes[0].0);
     write("mesh.stl", &stock.meshes[4].0);
-    match random.random_range(0..20) {
+    match random.random_range(0..22) {
+        20 | 21 => {
+            let (reader, ending, bytes) = pick(&stock.corpus, random);
+            let mut bytes = bytes.clone();
+            spoil_bytes(&mut bytes, random);
+            read(stock, reader, ending, bytes, folder)
+        }
         0..=8 => {
             let mut scene = pick(&stock.scenes, random).clone();
             spoil(&mut scene, &stock.scenes, random);
@@ -259,7 +338,7 @@ fn feed(stock: &Stock, number: u64, folder: &Path) -> Outcome {
 fn spoilt_inputs_end_in_words() {
     let asked = |name: &str| std::env::var(name).ok().map(|value| value.parse::<u64>().unwrap());
     let (long, from) = (asked("FUZZ"), asked("FUZZ_FROM").unwrap_or(0));
-    let count = long.unwrap_or(1000);
+    let count = long.unwrap_or(2000);
     let stock = Stock::new();
     let folder = tempfile::tempdir().unwrap();
     let (mut passed, mut faults) = (0, Vec::new());

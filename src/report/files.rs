@@ -1,6 +1,6 @@
 //! Result files appear whole or not at all, and those that belong together as a set.
 //!
-//! Each is written beside its place under a name that begins with [`UNFINISHED`], then renamed. Of a set the
+//! Each is written beside its place under a name that begins with `.unfinished-`, then renamed. Of a set the
 //! last file says that the rest is there: the old one goes before the first of the others is renamed, the new
 //! one comes after the last. Two programs that write to one folder wait for each other while they rename,
 //! by a lock on the folder, and who writes holds a lock on each unfinished file: one without has been left by

@@ -184,6 +184,7 @@ pub fn check_built(
     let substeps = if scene.solver.cables == CableModel::Explicit { time_step.substeps } else { 1 };
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     check_parts(scene, net, step, problems);
+    check_ranges(net, target, problems);
     check_estimate(scene, net, target, time_step, limits, problems);
     let Some(target) = target else { return };
     let turn = target.spin.norm() * step;
@@ -211,6 +212,32 @@ pub fn check_built(
             ),
         );
     }
+}
+
+/// Lengths, masses and stiffnesses whose squares and quotients are numbers still [m, kg, N/m].
+const LENGTHS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+const MASSES: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
+/// Checks that a run would not begin with what is no number.
+fn check_ranges(net: &Net, target: Option<&Target>, problems: &mut Problems) {
+    let mut check = |place: &str, what: &str, value: Option<f64>, range: std::ops::RangeInclusive<f64>| {
+        if let Some(value) = value {
+            let allowed = format!("numbers from {:e} to {:e}", range.start(), range.end());
+            problems.add(place, format!("{what} of {value:e}"), allowed);
+        }
+    };
+    let cables = || net.cables.iter();
+    let length = cables().map(|cable| cable.rest_length).find(|length| !LENGTHS.contains(length));
+    check("net.mesh_length_m", "a cable's length [m]", length, LENGTHS);
+    let mass = net.mass.iter().copied().find(|mass| !MASSES.contains(mass));
+    check("net.cable", "a knot's mass [kg]", mass, MASSES);
+    let stiffness = cables().map(|cable| cable.stiffness).find(|stiffness| !MASSES.contains(stiffness));
+    check("net.cable", "a cable's stiffness [N/m]", stiffness, MASSES);
+    let Some(target) = target else { return };
+    let mass = Some(target.mass).filter(|mass| !MASSES.contains(mass));
+    check("target.mass_kg", "a mass [kg]", mass, MASSES);
+    let distance = Some(target.position.norm()).filter(|distance| *distance > *LENGTHS.end());
+    check("target.distance_m", "a distance [m]", distance, 0.0..=*LENGTHS.end());
 }
 
 /// Checks what a run will take.

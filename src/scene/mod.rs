@@ -5,6 +5,7 @@
 
 pub mod checks;
 pub mod estimate;
+mod repair;
 pub mod schema;
 
 use std::path::{Path, PathBuf};
@@ -92,9 +93,20 @@ impl Source {
         problems.into_result(Some(()))
     }
 
-    /// Reads the JSON as a scene; faults go to `problems`.
-    pub fn scene(&self, problems: &mut Problems) -> Option<Scene> {
-        read::typed(&self.json, "", problems)
+    /// Reads the JSON as a scene; faults go to `problems`, with those that `check` finds in what can be read
+    /// where not all can.
+    pub fn scene(&self, problems: &mut Problems, check: impl FnOnce(Scene, &mut Problems)) -> Option<Scene> {
+        let scene = read::typed(&self.json, "", problems);
+        if scene.is_none()
+            && let Some(repaired) = repair::repaired(&self.json, &problems.list)
+        {
+            let mut meant = Problems::new(&self.input);
+            check(repaired.scene.clone(), &mut meant);
+            for problem in meant.list.into_iter().filter(|problem| repaired.is_genuine(&problem.place)) {
+                problems.add(problem.place, problem.found, problem.allowed);
+            }
+        }
+        scene
     }
 }
 

@@ -141,7 +141,9 @@ fn solids(found: &shape::Found<'_>, problems: &mut Problems) -> Option<Vec<Solid
     let points = |part: &spec::Part| part.convex.as_ref().map_or(0, |convex| convex.points_m.len());
     let n_points: usize = found.shape.parts.iter().map(points).sum();
     let limits = found.files.limits;
-    if n_parts > 1 && limits.exceeded(Limit::Points, n_points as f64) {
+    // One part alone is told at its own place.
+    let most = found.shape.parts.iter().map(points).max().unwrap_or(0);
+    if !limits.exceeded(Limit::Points, most as f64) && limits.exceeded(Limit::Points, n_points as f64) {
         problems.add(&parts, format!("{n_points} points in all"), limits.allowed(Limit::Points));
         return None;
     }

@@ -1,0 +1,178 @@
+//! A scene with sound parts in the place of those that the schema refuses, so that what the rest means is checked
+//! all the same: every fault is told at once.
+
+use serde_json::{Map, Value, json};
+
+use super::schema::Scene;
+use crate::problems::{Problem, Problems};
+use crate::read;
+
+/// A scene that was made readable.
+pub struct Repaired {
+    /// The scene.
+    pub scene: Scene,
+    /// What was replaced or left out, as `section` or `section.key`.
+    places: Vec<String>,
+}
+
+/// Makes the scene `json` readable, in which the schema found `faults`; none where that does not succeed.
+pub fn repaired(json: &Value, faults: &[Problem]) -> Option<Repaired> {
+    // First key by key, then by whole sections.
+    [2, 1].into_iter().find_map(|depth| {
+        let mut json = json.clone();
+        let scene = json.as_object_mut()?;
+        let places: Vec<String> = faults.iter().map(|fault| above(&fault.place, depth).to_owned()).collect();
+        places.iter().for_each(|place| repair(scene, place));
+        let scene = read::typed(&json, "", &mut Problems::new(""))?;
+        Some(Repaired { scene, places })
+    })
+}
+
+impl Repaired {
+    /// Whether a fault that was found at `place` is one of the scene as it was written.
+    pub fn is_genuine(&self, place: &str) -> bool {
+        let own = [place];
+        let needed = own.iter().chain(needs(place));
+        needed.copied().all(|needed| !self.places.iter().any(|repaired| related(repaired, needed)))
+    }
+}
+
+/// What else a fault at `place` may come from.
+fn needs(place: &str) -> &'static [&'static str] {
+    match place.split(['.', '[', '(']).next().unwrap_or_default() {
+        "duration_s" | "solver" => &["duration_s", "solver", "net", "launch", "target", "output"],
+        "output" => &["duration_s", "net"],
+        "capture" => &["duration_s", "target"],
+        "expect" => &["target"],
+        "effects" => &["target", "launch"],
+        "net" if place.starts_with("net.meshes") || place.starts_with("net.fold") => {
+            &["net.meshes", "net.middle_knots", "net.fold"]
+        }
+        "target" if place.ends_with("inertia_kg_m2") || place.starts_with("target.mass_kg") => {
+            &["target.shape", "target.mass_kg", "target.motion"]
+        }
+        _ => &[],
+    }
+}
+
+/// Whether one place is the other, or lies in it.
+fn related(one: &str, other: &str) -> bool {
+    let within = |inner: &str, outer: &str| {
+        inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[', '(']))
+    };
+    within(one, other) || within(other, one)
+}
+
+/// The first `depth` keys of `place`.
+fn above(place: &str, depth: usize) -> &str {
+    let ends = place.match_indices(['.', '[', '(']).map(|(index, _)| index).chain([place.len()]);
+    let mut end = place.len();
+    for (n_keys, index) in (1..).zip(ends) {
+        if n_keys == depth || !place[index..].starts_with('.') {
+            end = index;
+            break;
+        }
+    }
+    &place[..end]
+}
+
+/// Puts a sound value at `place` where one must stand, and nothing where none must.
+fn repair(scene: &mut Map<String, Value>, place: &str) {
+    let sound = json!({
+        "title": "", "duration_s": 1.0,
+        "net": { "meshes": [1, 1], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0,
+                 "cable": { "material": "nylon", "diameter_m": 1e-3 } },
+        "launch": { "speed_m_s": 1.0, "angle_deg": 0.0 },
+        "target": { "shape": "ball-0.08", "distance_m": 1.0, "mass_kg": 1.0 }
+    });
+    let (map, key, sound) = match place.split_once('.') {
+        Some((section, key)) => match scene.get_mut(section).and_then(Value::as_object_mut) {
+            Some(map) => (map, key, sound[section].get(key)),
+            None => return repair(scene, section),
+        },
+        // A target that is left out is no fault; one that is no target needs not be there.
+        None if place == "target" => (scene, place, None),
+        None => (scene, place, sound.get(place)),
+    };
+    match sound {
+        Some(value) => drop(map.insert(key.to_owned(), value.clone())),
+        None => drop(map.shift_remove(key)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+    use crate::limits::Limits;
+    use crate::scene::Source;
+
+    fn places(json: Value) -> Vec<String> {
+        let source =
+            Source { name: "t".into(), input: "t".into(), folder: None, json, limits: Limits::default() };
+        let Err(problems) = Case::build(&source) else { return Vec::new() };
+        problems.list.into_iter().map(|problem| problem.place).collect()
+    }
+
+    fn scene() -> Value {
+        json!({
+            "title": "t", "duration_s": 1.0,
+            "net": { "meshes": [2, 2], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0,
+                     "cable": { "material": "kevlar", "diameter_m": 0.001 } },
+            "launch": { "speed_m_s": 1.0, "angle_deg": 30.0 },
+            "target": { "shape": { "parts": [{ "cuboid": [1, 1, 1] }] }, "distance_m": 5.0, "mass_kg": 1.0 }
+        })
+    }
+
+    #[test]
+    fn a_fault_of_the_schema_hides_none_of_meaning() {
+        assert_eq!(places(scene()), Vec::<String>::new());
+        let mut bad = scene();
+        bad["launch"]["angle_deg"] = json!(-5);
+        bad["colour"] = json!("red");
+        bad["net"]["cable"]["material"] = json!("wood");
+        bad["target"]["shape"] = json!("moon");
+        bad["expect"] = json!({ "within": { "no.such": [1, 0] } });
+        bad["capture"] = json!({ "hold_s": 9 });
+        let found = places(bad);
+        for place in [
+            "launch.angle_deg",
+            "colour",
+            "net.cable.material",
+            "target.shape",
+            "expect.within.no.such",
+            "capture.hold_s",
+        ] {
+            assert!(found.iter().any(|known| known == place), "{place} not in {found:?}");
+        }
+        assert_eq!(found.len(), 7, "{found:?}"); // the band is none, besides
+    }
+
+    #[test]
+    fn what_stands_in_for_a_fault_brings_none() {
+        for (pointer, value) in [
+            ("/duration_s", json!("long")),
+            ("/net", json!(3)),
+            ("/net/meshes", json!([0, 2.5])),
+            ("/launch", json!([])),
+            ("/target", json!(7)),
+            ("/target/shape", json!({ "parts": [{ "cuboid": [0, 1, 1] }] })),
+            ("/target/mass_kg", json!(-1)),
+            ("/solver", json!({ "substeps": 0 })),
+            ("/effects", json!({ "closing": 3, "wind": {} })),
+        ] {
+            let mut bad = scene();
+            bad["capture"] = json!({ "hold_s": 0.9 });
+            bad["output"] = json!({ "sample_s": 0.9 });
+            bad["expect"] = json!({ "captured": true });
+            let (above, key) = pointer.rsplit_once('/').unwrap();
+            bad.pointer_mut(above).unwrap()[key] = value;
+            let found = places(bad);
+            let own = pointer[1..].replace('/', ".");
+            assert!(
+                !found.is_empty() && found.iter().all(|place| place.starts_with(&own)),
+                "{pointer}: {found:?}"
+            );
+        }
+    }
+}
