@@ -18,17 +18,14 @@
 //! on: it shows an impulse misread, a turning body integrated badly, and a work term forgotten. It
 //! cannot show a cable that takes too much: compare with finer steps for that.
 
-use std::time::Duration;
-
 use nalgebra::{Matrix3, Vector3};
 
 use crate::cable::Cable;
-use crate::effects::Effect;
+use crate::interaction::Interactions;
 use crate::net::Net;
 use crate::state::{EffectWork, State};
 use crate::target::Target;
 use crate::target::spec::Motion;
-use crate::work::Clock;
 
 /// Energies and works since the start [J].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -103,7 +100,7 @@ struct TargetMass {
 
 impl EnergyAudit {
     /// Starts the ledger at `state`.
-    pub fn start(net: &Net, target: Option<&Target>, effects: &[Box<dyn Effect>], state: &State) -> Self {
+    pub fn start(net: &Net, target: Option<&Target>, effects: &mut Interactions, state: &State) -> Self {
         let mut audit = EnergyAudit {
             net_mass: net.mass.clone(),
             cables: net.cables.clone(),
@@ -112,11 +109,11 @@ impl EnergyAudit {
                 inertia: target.inertia,
                 motion: target.motion,
             }),
-            ledger: Ledger { effects: vec![0.0; effects.len()], ..Ledger::default() },
+            ledger: Ledger { effects: vec![0.0; effects.list().len()], ..Ledger::default() },
             outside_impulse: Vector3::zeros(),
             outside_angular_impulse: Vector3::zeros(),
-            effect_counts: vec![0; effects.len()],
-            internal: effects.iter().map(|effect| effect.is_internal()).collect(),
+            effect_counts: vec![0; effects.list().len()],
+            internal: effects.list().iter().map(|effect| effect.is_internal).collect(),
         };
         audit.measure(state);
         audit.measure_stored(state, effects);
@@ -135,14 +132,8 @@ impl EnergyAudit {
         self.effect_counts[index] += work.count;
     }
 
-    /// Books the step that led from `before` to `after`; adds the time that each effect took.
-    pub fn record(
-        &mut self,
-        before: &State,
-        after: &State,
-        effects: &mut [Box<dyn Effect>],
-        times: &mut [Duration],
-    ) {
+    /// Books the step of `step` seconds that led from `before` to `after`.
+    pub fn record(&mut self, before: &State, after: &State, step: f64, effects: &mut Interactions) {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
         self.measure(after);
 
@@ -163,16 +154,13 @@ impl EnergyAudit {
             }
         }
         let moved = before.knots.position.iter().zip(&after.knots.position);
-        for (force, (from, to)) in after.loads.on_knots.iter().zip(moved) {
+        for (force, (from, to)) in after.forces.on_knots.iter().zip(moved) {
             on_knots += force.dot(&(to - from));
         }
-        for (index, (effect, time)) in effects.iter_mut().zip(times).enumerate() {
-            let mut clock = Clock::start();
-            let work = effect.account(before, after);
-            clock.lap(time);
+        effects.end_of_step(before, after, step, |index, work| {
             on_knots += work.on_knots;
-            self.add(index, &work);
-        }
+            self.add(index, work);
+        });
         // Last: an effect may settle what it stores in its account.
         self.measure_stored(after, effects);
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
@@ -204,8 +192,8 @@ impl EnergyAudit {
     }
 
     /// Measures what `effects` store.
-    pub fn measure_stored(&mut self, state: &State, effects: &[Box<dyn Effect>]) {
-        self.ledger.stored = effects.iter().map(|effect| effect.stored_energy(state)).sum();
+    pub fn measure_stored(&mut self, state: &State, effects: &mut Interactions) {
+        self.ledger.stored = effects.stored_energy(state);
     }
 
     /// Linear momentum of the net, a free target and the chaser, where there is one [kg m/s].

@@ -4,16 +4,16 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::contact::penalty::Penalty;
 use crate::limits::Limits;
 use crate::net::{self, Net};
-use crate::options::BuildOptions;
+use crate::options::{BuildContext, TimeStep};
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::scene::schema::Scene;
 use crate::scene::{Source, checks};
-use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
-use crate::step::mass_spring::stability::{self, RESOLVES, SAFE};
+use crate::step;
+use crate::step::limits::Demands;
+use crate::step::mass_spring::stability::{self, RESOLVES};
 use crate::target::Target;
 use crate::target::files::Files;
 
@@ -34,15 +34,6 @@ pub struct Case {
     pub time_step: TimeStep,
     /// How much it may ask for while it runs.
     pub limits: Limits,
-}
-
-/// Steps and sub-steps of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimeStep {
-    /// A step of the simulation [s].
-    pub step: f64,
-    /// Sub-steps within it: of the engine with `joints`, of the integration with `explicit` cables.
-    pub substeps: u32,
 }
 
 impl Case {
@@ -92,12 +83,13 @@ impl Case {
                 Some(built) => built,
                 None => None,
             };
-            let time_step = choose_step(&scene, &net, target.as_ref());
-            checks::check_built(&scene, &net, target.as_ref(), time_step, limits, &mut problems);
-            scene.solver.step_s = Some(Positive(match scene.solver.cables {
-                CableModel::Joints => time_step.step,
-                CableModel::Explicit => time_step.step / f64::from(time_step.substeps),
-            }));
+            let demands = demands(&scene, &net, target.as_ref());
+            let limits_of_step = step::method(&scene.solver).limits(&demands);
+            let time_step = limits_of_step.chosen;
+            checks::check_built(&scene, &demands, &limits_of_step, limits, &mut problems);
+            let acts = step::method(&scene.solver).acts_in_substeps();
+            let n_parts = if acts { f64::from(time_step.substeps) } else { 1.0 };
+            scene.solver.step_s = Some(Positive(time_step.step / n_parts));
             let hash = hash(&scene, target.as_ref());
             let limits = *limits;
             let mut case = Case { name: source.name.clone(), scene, hash, net, target, time_step, limits };
@@ -119,38 +111,30 @@ impl Case {
         (self.scene.duration_s.0 / self.time_step.step).round().max(1.0) as u64
     }
 
-    /// What its solver asks for; effects may add to it.
-    pub fn plan(&self) -> BuildOptions {
-        let solver = &self.scene.solver;
-        BuildOptions {
-            step: self.time_step.step,
-            substeps: self.time_step.substeps,
-            restitution: solver.restitution,
-            friction: None,
-            contact_by_engine: solver.contact == ContactModel::Rapier,
-            free_chaser: false,
-            precision: solver.precision,
-        }
+    /// What it demands of a step.
+    pub fn demands(&self) -> Demands<'_> {
+        demands(&self.scene, &self.net, self.target.as_ref())
     }
 
-    /// A sub-step at which an explicit net is stable [s].
-    pub fn safe_substep(&self) -> f64 {
-        SAFE * stability::stable_step(&self.net)
+    /// What effects and method are built from.
+    pub fn context(&self) -> BuildContext<'_> {
+        let demands = self.demands();
+        BuildContext {
+            net: &self.net,
+            target: self.target.as_ref(),
+            solver: &self.scene.solver,
+            time_step: self.time_step,
+            limits: self.limits,
+            options: self.scene.effects.options(),
+            acts_in_substeps: step::method(&self.scene.solver).acts_in_substeps(),
+            contact_margin: demands.contact_margin(),
+            contact_speed: demands.contact_speed(),
+        }
     }
 
     /// A step that resolves the cables [s].
     pub fn resolving_step(&self) -> f64 {
         RESOLVES * stability::stable_step(&self.net)
-    }
-
-    /// Distance from which responses of our own watch a knot [m].
-    pub fn reach(&self) -> f64 {
-        reach(&self.scene, &self.net, self.target.as_ref())
-    }
-
-    /// Speed of contact that steps are chosen for [m/s]; 0 without a target.
-    pub fn contact_speed(&self) -> f64 {
-        self.target.as_ref().map_or(0.0, |target| contact_speed(&self.scene, target))
     }
 
     /// Steps between two recorded frames.
@@ -159,82 +143,16 @@ impl Case {
     }
 }
 
-/// The step of a scene: its own step where it names one, else one that suits it.
-fn choose_step(scene: &Scene, net: &Net, target: Option<&Target>) -> TimeStep {
-    let solver = &scene.solver;
-    let safe = safe_step(scene, net, target);
-    let sample = scene.output.sample_s.0.min(scene.duration_s.0);
-    let thin = thin_step(scene, target);
-    match (solver.cables, solver.step_s) {
-        (CableModel::Joints, Some(step)) => TimeStep { step: step.0, substeps: solver.substeps },
-        (CableModel::Joints, None) if solver.contact == ContactModel::Rapier => {
-            TimeStep { step: JOINTS_STEP.min(thin), substeps: solver.substeps }
-        }
-        // The engine's cables and a response of our own take turns, so neither feels the other
-        // within a step: a knot that contact holds lets its neighbour stretch the cable. Energy
-        // gained on the free-floating Cubesat, over the launch energy: 3 at 0.5 ms, 0.2 at 0.2 ms,
-        // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables.
-        (CableModel::Joints, None) => {
-            let step = JOINTS_STEP.min(thin).min(safe).min(RESOLVES * stability::stable_step(net));
-            TimeStep { step, substeps: solver.substeps }
-        }
-        (CableModel::Explicit, step) => {
-            let substep = step.map_or(safe, |step| step.0);
-            // Contacts are found once a step: no knot may come from beyond the reach within it, nor
-            // one at twice the speed after a snap.
-            // Without a target there is nothing to find: a tenth of the steps sufficed for Table 3.2.
-            let found = target.map_or(f64::INFINITY, |_| {
-                0.5 * reach(scene, net, target) / fastest(scene, target).max(f64::MIN_POSITIVE)
-            });
-            let step = JOINTS_STEP.min(sample).min(thin).min(found).max(substep);
-            TimeStep { step, substeps: (step / substep).ceil().max(1.0) as u32 }
-        }
+/// What `scene` demands of a step.
+fn demands<'a>(scene: &'a Scene, net: &'a Net, target: Option<&'a Target>) -> Demands<'a> {
+    Demands {
+        solver: &scene.solver,
+        net,
+        target,
+        launch_speed: scene.launch.speed_m_s,
+        sample: scene.output.sample_s.0.min(scene.duration_s.0),
+        has_constraints: scene.effects.options().has_constraints,
     }
-}
-
-/// Speed of the fastest that is to meet: bullets, and the target's farthest point [m/s].
-pub fn fastest(scene: &Scene, target: Option<&Target>) -> f64 {
-    scene.launch.speed_m_s + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius)
-}
-
-/// Largest step within which no knot crosses half of the target's thinnest part [s]: past the middle
-/// of a part a knot is pushed out on its far side. Infinite without a target.
-pub fn thin_step(scene: &Scene, target: Option<&Target>) -> f64 {
-    target.map_or(f64::INFINITY, |built| 0.5 * built.thinnest / fastest(scene, target))
-}
-
-/// Distance from which responses of our own watch a knot [m].
-pub fn reach(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
-    let thinnest = target.map_or(0.0, |target| target.thinnest);
-    let thickest = net.radius.iter().copied().fold(0.0, f64::max);
-    scene.solver.reach_m.map_or((0.04 * thinnest).max(2.0 * thickest), |reach| reach.0)
-}
-
-/// Largest step at which the explicit parts of the method are stable [s]; infinite without any.
-pub fn stable_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
-    let solver = &scene.solver;
-    let mut limit = f64::INFINITY;
-    if solver.cables == CableModel::Explicit {
-        limit = stability::stable_step(net);
-    }
-    if let (ContactModel::Penalty, Some(target)) = (solver.contact, target) {
-        let speed = contact_speed(scene, target);
-        limit = limit.min(Penalty::new(net, &solver.penalty, None).stable_step(net, speed));
-    }
-    limit
-}
-
-/// Step at which the explicit parts of the method are stable together [s]; infinite without any.
-pub fn safe_step(scene: &Scene, net: &Net, target: Option<&Target>) -> f64 {
-    let has_force = scene.solver.contact == ContactModel::Penalty && target.is_some();
-    let has_threads = scene.effects.closing.is_some() || scene.effects.tug.is_some();
-    let share = if has_force || has_threads { RESOLVES } else { SAFE };
-    share * stable_step(scene, net, target)
-}
-
-/// Speed of a contact, at most: a snap can double a knot's speed [m/s].
-fn contact_speed(scene: &Scene, target: &Target) -> f64 {
-    2.0 * scene.launch.speed_m_s + target.spin.norm() * target.bounding_radius
 }
 
 /// The scene names its shape; what the shape turned out to be enters through the target's numbers.

@@ -34,16 +34,17 @@
 //! | [`solver`] | the numerical method as a user chooses it |
 //! | [`net`] | knots, cables, bullets; fold and launch |
 //! | [`geometry`], [`target`] | hulls; shapes, mass properties, pose and spin |
-//! | [`state`] | the nouns that travel in a step |
+//! | [`state`], [`work`], [`failure`] | the nouns that travel in a step; what it cost; what ends a run |
+//! | [`interaction`] | the contracts between what a scene calls for and the methods that step it |
 //! | [`world`] | the engine behind our words; every engine setting |
 //! | [`contact`] | how a contact is answered |
+//! | [`options`], [`step`] | what is built from what; a step with joints of the engine, or with a mass-spring net of our own |
 //! | [`closing`] | threads, winches, triggers, locks |
 //! | [`field`] | gravity and frames that turn |
-//! | [`options`], [`effects`] | what solver and effects ask for; what a scene may call for |
+//! | [`effects`] | what a scene may call for |
 //! | [`audit`] | where energy and momentum went |
 //! | [`scene`], [`case`](mod@case) | as written; as checked |
-//! | [`step`] | a step with joints of the engine, or with a mass-spring net of our own |
-//! | [`failure`], [`work`], [`simulation`], [`run`] | what ends a run, what it cost, the step, the record |
+//! | [`simulation`], [`run`] | the step, the record |
 //! | [`metrics`] | deployment, capture, conservation, summary |
 //! | [`study`], [`report`] | many runs; tables, files, replay |
 //!
@@ -82,15 +83,23 @@ pub mod target;
 
 pub mod state;
 
+pub mod work;
+
+pub mod failure;
+
+pub mod interaction;
+
 pub mod world;
 
 pub mod contact;
 
+pub mod options;
+
+pub mod step;
+
 pub mod closing;
 
 pub mod field;
-
-pub mod options;
 
 pub mod effects;
 
@@ -99,12 +108,6 @@ pub mod audit;
 pub mod scene;
 
 pub mod case;
-
-pub mod failure;
-
-pub mod work;
-
-pub mod step;
 
 pub mod simulation;
 

@@ -1,56 +1,50 @@
-//! What solver and effects ask for before anything is built.
+//! What effects and steppers are built from.
 
 use crate::friction::Law;
+use crate::limits::Limits;
 use crate::net::Net;
-use crate::solver::{Precision, Solver};
+use crate::solver::Solver;
 use crate::target::Target;
-use crate::world::Setup;
 
-/// What solver and effects ask for.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BuildOptions {
-    /// Time step [s].
+/// Steps and sub-steps of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimeStep {
+    /// A step of the simulation [s].
     pub step: f64,
-    /// Sub-steps within a step.
+    /// Sub-steps within it: of the engine with `joints`, of the integration with `explicit` cables.
     pub substeps: u32,
-    /// Coefficient of restitution of contacts [-].
-    pub restitution: f64,
-    /// Friction of contacts, where an effect asks for it.
-    pub friction: Option<Law>,
-    /// Whether the engine answers contacts.
-    pub contact_by_engine: bool,
-    /// Whether the chaser is a free body.
-    pub free_chaser: bool,
-    /// Width of the engine's numbers.
-    pub precision: Precision,
 }
 
-/// What is simulated, for effects that depend on one another's wishes.
+/// What effects ask of the method and of each other, before anything is built.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BuildOptions {
+    /// Friction of contacts, where an effect asks for it.
+    pub friction: Option<Law>,
+    /// Whether the chaser is a free body.
+    pub free_chaser: bool,
+    /// Whether something holds knots within a step: threads, which bring them close together.
+    pub has_constraints: bool,
+}
+
+/// What is simulated, and how.
 #[derive(Clone, Copy)]
-pub struct Setting<'a> {
+pub struct BuildContext<'a> {
     /// The net.
     pub net: &'a Net,
     /// The target, where the scene has one.
     pub target: Option<&'a Target>,
     /// The numerical method.
     pub solver: &'a Solver,
+    /// Its steps.
+    pub time_step: TimeStep,
+    /// How much a run may ask for.
+    pub limits: Limits,
     /// What all effects ask for.
-    pub plan: &'a BuildOptions,
+    pub options: BuildOptions,
+    /// Whether constraints and contacts of effects act in every sub-step, not once a step or part of one.
+    pub acts_in_substeps: bool,
     /// Distance from which responses of our own watch the net [m].
-    pub reach: f64,
+    pub contact_margin: f64,
     /// Speed of contact that steps are chosen for [m/s].
     pub contact_speed: f64,
-}
-
-impl BuildOptions {
-    /// How the engine's world is set up for it.
-    pub fn setup(&self) -> Setup {
-        Setup {
-            step: self.step,
-            substeps: self.substeps,
-            friction: self.friction,
-            has_contacts: self.contact_by_engine,
-            precision: self.precision,
-        }
-    }
 }

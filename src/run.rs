@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use crate::audit::Ledger;
 use crate::case::Case;
-use crate::effects::closing::Report;
 use crate::failure::Failure;
+use crate::interaction::{Interaction, Report};
 use crate::simulation::Simulation;
 use crate::state::{Body, FreeBody, State};
 use crate::work::Work;
@@ -82,10 +82,8 @@ pub struct Run {
     pub reading_names: Vec<String>,
     /// The chaser at the end, where there is one.
     pub chaser: Option<FreeBody>,
-    /// What the closing mechanism did, where there is one.
-    pub closing: Option<Report>,
-    /// From when to when the net was tugged at [s], if it was.
-    pub tug: Option<[f64; 2]>,
+    /// What effects had to say at the end, by name.
+    pub reports: Vec<(&'static str, Report)>,
     /// Wall time of the simulation, without building and metrics.
     pub wall: Duration,
 }
@@ -117,9 +115,17 @@ impl Run {
     ///
     /// # Errors
     /// A state that is not a number.
-    pub fn of(case: &Case, mut progress: impl FnMut(f64)) -> Result<Run, Failure> {
+    pub fn of(case: &Case, progress: impl FnMut(f64)) -> Result<Run, Failure> {
+        Run::with(case, Vec::new(), progress)
+    }
+
+    /// The same with effects that the scene does not know.
+    ///
+    /// # Errors
+    /// A state that is not a number.
+    pub fn with(case: &Case, more: Vec<Interaction>, mut progress: impl FnMut(f64)) -> Result<Run, Failure> {
         let started = Instant::now();
-        let mut simulation = Simulation::new(case);
+        let mut simulation = Simulation::with(case, more);
         let mut recorder = Recorder::new(case);
         recorder.frame(&mut simulation);
         let (n_steps, stride) = (case.n_steps(), case.steps_per_frame());
@@ -141,9 +147,8 @@ impl Run {
             outside_impulse: simulation.audit.outside_impulse,
             outside_angular_impulse: simulation.audit.outside_angular_impulse,
             census: simulation.census(),
-            reading_names: simulation.reading_names(),
-            closing: simulation.closing(),
-            tug: simulation.tug(),
+            reading_names: simulation.columns(),
+            reports: simulation.reports(),
             effects: names.into_iter().zip(simulation.audit.effect_counts.iter().copied()).collect(),
             chaser: simulation.state.chaser,
             work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },
@@ -205,7 +210,7 @@ impl Recorder {
     }
 
     fn frame(&mut self, simulation: &mut Simulation) {
-        let readings = simulation.readings();
+        let readings = simulation.values();
         let (state, frames) = (&simulation.state, &mut self.frames);
         frames.readings.push(readings);
         frames.time.push(state.time);

@@ -89,6 +89,15 @@ pub const PAIRS: [(CableModel, ContactModel, &str); 5] = [
     (CableModel::Explicit, ContactModel::Penalty, "explicit+penalty"),
 ];
 
+impl Solver {
+    /// The same with the cables and the contact of a pair of [`PAIRS`]; unchanged by any other name.
+    #[must_use]
+    pub fn with_pair(self, name: &str) -> Solver {
+        let pair = PAIRS.iter().find(|(.., known)| *known == name);
+        pair.map_or(self, |&(cables, contact, _)| Solver { cables, contact, ..self })
+    }
+}
+
 /// How cable tension acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -189,24 +189,41 @@ impl Contact {
     }
 }
 
-/// Forces that effects apply over a step.
+/// Forces that effects apply over a step: on knots as they are, in every sub-step; on bodies as an impulse at
+/// its start.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forces {
-    /// On each knot [N].
+    /// On each knot [N]; none where no effect applies any.
     pub on_knots: Vec<Vector3<f64>>,
-    /// On the target's centre of mass [N].
-    pub on_target: Vector3<f64>,
-    /// On the target, about its centre of mass [N m].
-    pub torque_on_target: Vector3<f64>,
+    /// On the target.
+    pub on_target: Wrench,
+    /// On a free chaser.
+    pub on_chaser: Wrench,
+}
+
+/// A force and a torque on a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wrench {
+    /// Force at its centre of mass [N].
+    pub force: Vector3<f64>,
+    /// Torque about its centre of mass [N m].
+    pub torque: Vector3<f64>,
+}
+
+impl Wrench {
+    /// Adds a force [N] that acts at `arm` from the centre of mass [m].
+    pub fn add_at(&mut self, force: &Vector3<f64>, arm: &Vector3<f64>) {
+        self.force += force;
+        self.torque += arm.cross(force);
+    }
 }
 
 impl Forces {
-    /// No load on any of `n_knots` knots, nor on the target.
+    /// No force on any of `n_knots` knots, nor on a body.
     pub fn clear(&mut self, n_knots: usize) {
         self.on_knots.clear();
         self.on_knots.resize(n_knots, Vector3::zeros());
-        self.on_target = Vector3::zeros();
-        self.torque_on_target = Vector3::zeros();
+        (self.on_target, self.on_chaser) = Default::default();
     }
 }
 
@@ -225,6 +242,17 @@ pub struct EffectWork {
     pub count: u64,
 }
 
+/// What winches are told from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WinchCommand {
+    /// Whether they start now, if nothing has started them yet.
+    pub start: bool,
+    /// Speed at which each reels in, at most [m/s].
+    pub reel_speed: f64,
+    /// Largest tension of a thread [N].
+    pub max_tension: f64,
+}
+
 /// All of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
@@ -234,7 +262,9 @@ pub struct State {
     pub time: f64,
 
     /// Written by `effects`.
-    pub loads: Forces,
+    pub forces: Forces,
+    /// Written from outside, between two steps; none: winches do what the scene says.
+    pub winch: Option<WinchCommand>,
     /// Written by the effect `chaser`.
     pub chaser: Option<FreeBody>,
 

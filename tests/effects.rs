@@ -8,11 +8,12 @@ use common::{below, case_of, run, small_scene};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use tumblenet::case::Case;
-use tumblenet::effects::{Effect, Effects};
+use tumblenet::effects::Effects;
 use tumblenet::field::orbit::Orbit;
+use tumblenet::interaction::{Half, Interactions};
 use tumblenet::run::Run;
 use tumblenet::simulation::Simulation;
-use tumblenet::state::{Body, EffectWork, Forces, Knots, State};
+use tumblenet::state::{Body, EffectWork, Knots, State};
 use tumblenet::target::motion::RigidMotion;
 
 /// What the questions need to know of an effect.
@@ -262,7 +263,7 @@ fn with_every_effect_the_ledgers_close() {
 /// and contact are away.
 struct Stage {
     case: Case,
-    effect: Box<dyn Effect>,
+    effect: Interactions,
     state: State,
     motion: RigidMotion,
 }
@@ -289,52 +290,55 @@ impl Stage {
             rate: moving * (frame * Vector3::new(0.5, 0.9, -0.4)),
         };
         let mut state = State { knots: Knots { position, velocity }, target: Some(body), ..State::default() };
-        let effect = case.scene.effects.build(&case.net, Some(&target)).remove(0);
-        effect.begin(&mut state);
+        let effect = Interactions::new(case.scene.effects.build(&case.context()));
+        state.chaser = effect.list()[0].body;
         Stage { motion: RigidMotion::of(&target), case, effect, state }
     }
 
     /// A step of the effect alone, as a simulation takes it; returns all it posted.
     fn step(&mut self, step: f64) -> EffectWork {
         let (state, effect) = (&mut self.state, &mut self.effect);
-        let mut postings = vec![effect.open(state, step)];
+        let mut sum = EffectWork::default();
+        let mut add = |_: usize, work: &EffectWork| {
+            sum = EffectWork {
+                work: sum.work + work.work,
+                impulse: sum.impulse + work.impulse,
+                angular_impulse: sum.angular_impulse + work.angular_impulse,
+                ..sum
+            };
+        };
+        effect.half_kick(state, step, Half::First, &mut add);
         let before = state.clone();
-        let mut loads = Forces::default();
-        loads.clear(self.case.net.n_knots());
-        effect.act(&before, &mut loads);
-        effect.watch(&before);
+        let target = self.case.target.as_ref().map(|target| (target.mass, &target.inertia));
+        effect.apply_forces(state, step, target);
+        let forces = state.forces.on_knots.clone();
+        effect.start_of_step(&before);
         let mut touched = vec![false; self.case.net.n_knots()];
-        if let Some(threads) = effect.threads_mut() {
-            threads.pull(&mut state.knots, step, &mut touched);
-        }
-        effect.press(&mut state.knots, &mut state.target, step, &mut touched);
+        effect.solve_constraints(&mut state.knots, step, &mut touched);
+        effect.solve_contacts(&mut state.knots, &mut state.target, step, &mut touched);
         let knots = &mut state.knots;
         for (knot, position) in knots.position.iter_mut().enumerate() {
-            knots.velocity[knot] += step / self.case.net.mass[knot] * loads.on_knots[knot];
+            knots.velocity[knot] += step / self.case.net.mass[knot] * forces[knot];
             *position += step * knots.velocity[knot];
         }
         if let Some(body) = &mut state.target {
             self.motion.drift(body, step);
         }
         state.time += step;
-        postings.push(effect.account(&before, state));
-        postings.push(effect.close(state, step));
-        postings.into_iter().fold(EffectWork::default(), |sum, posting| EffectWork {
-            work: sum.work + posting.work,
-            impulse: sum.impulse + posting.impulse,
-            angular_impulse: sum.angular_impulse + posting.angular_impulse,
-            ..sum
-        })
+        effect.end_of_step(&before, state, step, &mut add);
+        effect.half_kick(state, step, Half::Second, &mut add);
+        sum
     }
 
     /// Kinetic energy of net and target, and what the effect stores [J].
-    fn energy(&self) -> f64 {
+    fn energy(&mut self) -> f64 {
+        let stored = self.effect.stored_energy(&self.state);
         let target = self.case.target.as_ref().unwrap();
         let body = self.state.target.unwrap();
         let knots = self.state.knots.velocity.iter().zip(&self.case.net.mass);
         knots.map(|(v, m)| 0.5 * m * v.norm_squared()).sum::<f64>()
             + body.kinetic_energy(target.mass, &target.inertia)
-            + self.effect.stored_energy(&self.state)
+            + stored
     }
 
     /// Momentum of all there is [kg m/s].
@@ -378,20 +382,21 @@ fn force_is_the_derivative_of_stored_energy() {
         // A kick so short that velocities stay zero: its impulse is half the force times its step.
         let step = 1e-7;
         let mut kicked = rest();
-        kicked.effect.open(&mut kicked.state, step);
-        let stage = rest();
+        kicked.effect.half_kick(&mut kicked.state, step, Half::First, |_, _| {});
+        let stage = std::cell::RefCell::new(rest());
         // The energy is of second degree but for 1e-7 of it, so that a central difference is exact.
         let slope = |shift: &dyn Fn(&mut State, f64), by: f64| {
             let energy = |by| {
-                let mut state = stage.state.clone();
+                let Stage { state, effect, .. } = &mut *stage.borrow_mut();
+                let mut state = state.clone();
                 shift(&mut state, by);
-                stage.effect.stored_energy(&state)
+                effect.stored_energy(&state)
             };
             (energy(by) - energy(-by)) / (2.0 * by)
         };
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for axis in 0..3 {
-            for (knot, mass) in stage.case.net.mass.iter().enumerate() {
+            for (knot, mass) in kicked.case.net.mass.iter().enumerate() {
                 let force = mass * kicked.state.knots.velocity[knot][axis] / (0.5 * step);
                 let slope = slope(&|state, by| state.knots.position[knot][axis] += by, 0.1);
                 worst = worst.max((force + slope).abs());
@@ -399,7 +404,7 @@ fn force_is_the_derivative_of_stored_energy() {
             }
         }
         below(&format!("{}: knots", probe.name), worst / largest, 1e-6);
-        let target = stage.case.target.as_ref().unwrap();
+        let target = kicked.case.target.as_ref().unwrap();
         let body = kicked.state.target.unwrap();
         let force = target.mass * body.velocity / (0.5 * step);
         let inertia = body.attitude.to_rotation_matrix()

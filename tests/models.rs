@@ -18,8 +18,9 @@ mod common;
 use common::{below, case_of};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, vector};
 use serde_json::json;
-use tumblenet::case::{Case, TimeStep};
+use tumblenet::case::Case;
 use tumblenet::net::Net;
+use tumblenet::options::TimeStep;
 use tumblenet::simulation::Simulation;
 
 /// Name, pair, step [s], sub-steps, and how the response bounces.

@@ -34,7 +34,7 @@ pub struct Arguments {
 /// Prints scene, net, target, effects and what the engine gets.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let case = Case::load_within(&arguments.scene, &arguments.changes, arguments.reading.limits()?)?;
-    let simulation = Simulation::new(&case);
+    let mut simulation = Simulation::new(&case);
     let census = simulation.census();
     let mut facts = table(&["a run consists of", ""]);
     let mut fact = |name: &str, value: String| {
@@ -62,12 +62,12 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         fact("active effects", "none: no body, collider, joint or call of any".to_owned());
         return print(&format!("{}\n{facts}", json(&case.scene)));
     }
-    let effects = effects(&case, &simulation, &folder(arguments, &case));
+    let effects = effects(&case, &mut simulation, &folder(arguments, &case));
     print(&format!("{}\n{facts}\n{effects}", json(&case.scene)))
 }
 
 /// A row an effect: what the engine gets for it, what else it installs, its share of a run's time.
-fn effects(case: &Case, simulation: &Simulation, results: &Path) -> Table {
+fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> Table {
     let with = simulation.census();
     let shares = time_shares(results, case);
     let mut rows =

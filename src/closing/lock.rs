@@ -6,7 +6,7 @@
 //!
 //! Latches are a choice of ours: the source has none.
 
-use super::thread::{Ask, Effort, Thread};
+use super::thread::{IterationLimits, LengthCommand, Thread};
 use crate::state::Knots;
 
 /// Steps between two looks for knots to latch: between them a knot moves a few millimetres.
@@ -59,7 +59,8 @@ impl Lock {
     pub fn pull(&mut self, knots: &mut Knots, inverse_mass: &[f64], step: f64) -> bool {
         let mut changed = false;
         for (latch, length) in &mut self.latches {
-            changed |= latch.pull(knots, inverse_mass, step, &Ask::hold(*length), &Effort::WHOLE);
+            changed |=
+                latch.pull(knots, inverse_mass, step, &LengthCommand::hold(*length), &IterationLimits::WHOLE);
         }
         changed
     }

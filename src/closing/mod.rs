@@ -3,10 +3,10 @@
 //! [`thread`] is the constraint, [`winch`] what reels it in, [`layouts`] the ways it may take
 //! through a net, [`trigger`] when it starts, [`lock`] what may latch. A mechanism changes
 //! velocities of knots and knows nothing of how cables or contacts are solved: every cable model
-//! calls the same [`Mechanism::pull`] in each of its own steps, or of the parts into which it cuts one.
+//! calls the same [`SubstepConstraint::solve`] in each of its own steps, or of the parts into which it cuts one.
 //!
 //! Several threads meet in the bullets; Gauss–Seidel sweeps over them settle it, within a step or from
-//! sub-step to sub-step (see [`Effort`]).
+//! sub-step to sub-step (see [`IterationLimits`]).
 
 pub mod layouts;
 pub mod lock;
@@ -17,12 +17,13 @@ pub mod winch;
 
 use nalgebra::Vector3;
 
+use crate::interaction::SubstepConstraint;
 use crate::state::{EffectWork, Knots};
 use layouts::Route;
 use lock::Lock;
 use pulled::{Done, PulledKnots};
-use thread::{Effort, Node, Thread};
-use winch::{Drive, Tally, Winch};
+use thread::{IterationLimits, Node, Thread};
+use winch::{Drive, Winch, WinchRecord};
 
 /// By how much a thread may be longer than what is off its reels below their largest tension, over its full
 /// length; a step that ends beyond that is to be cut. That is two or three steps of the Cubesat's closing;
@@ -36,7 +37,7 @@ pub struct Mechanism {
     lock: Option<Lock>,
     inverse_mass: Vec<f64>,
     runs: bool,
-    effort: Effort,
+    effort: IterationLimits,
 
     pulled: PulledKnots,
     /// What came in through the anchors since that was last accounted for.
@@ -44,7 +45,7 @@ pub struct Mechanism {
     /// Energy of the reels as last posted [J].
     stored_before: f64,
     /// As it was at the start of a step that may be done again.
-    kept: Option<Kept>,
+    checkpoint: Option<Checkpoint>,
 }
 
 /// A thread and its winches.
@@ -60,7 +61,7 @@ pub struct Line {
 
 /// What a step changes, to be taken back.
 #[derive(Clone, Debug)]
-struct Kept {
+struct Checkpoint {
     winches: Vec<Winch>,
     lock: Option<Lock>,
     pulled: PulledKnots,
@@ -125,11 +126,11 @@ impl Mechanism {
             lock,
             inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
             runs: false,
-            effort: Effort::WHOLE,
+            effort: IterationLimits::WHOLE,
             pulled: PulledKnots::new(reached),
             outside: Outside::default(),
             stored_before: 0.0,
-            kept: None,
+            checkpoint: None,
         }
     }
 
@@ -145,6 +146,13 @@ impl Mechanism {
         }
     }
 
+    /// Gives every winch another speed [m/s] and another largest tension [N].
+    pub fn command(&mut self, speed: f64, tension: f64) {
+        for line in &mut self.lines {
+            line.winch.command_limits(speed.max(0.0), tension.max(0.0));
+        }
+    }
+
     /// Ends it.
     pub fn stop(&mut self) {
         self.runs = false;
@@ -152,7 +160,7 @@ impl Mechanism {
 
     /// Takes less trouble within a call: it is called in every sub-step.
     pub fn in_substeps(&mut self) {
-        self.effort = Effort::IN_SUBSTEPS;
+        self.effort = IterationLimits::IN_SUBSTEPS;
     }
 
     /// Puts the anchor of every thread to `position` [m].
@@ -165,67 +173,6 @@ impl Mechanism {
     /// Whether it runs.
     pub fn runs(&self) -> bool {
         self.runs
-    }
-
-    /// The knots that it may pull while it runs.
-    pub fn reach(&self) -> impl Iterator<Item = usize> {
-        self.pulled.knots().filter(|_| self.runs)
-    }
-
-    /// Keeps itself as it is at the start of a step that may be done again.
-    pub fn keep(&mut self) {
-        for line in &mut self.lines {
-            line.winch.excess = 0.0;
-        }
-        self.kept = self.runs.then(|| Kept {
-            winches: self.lines.iter().map(|line| line.winch).collect(),
-            lock: self.lock.clone(),
-            pulled: self.pulled.clone(),
-            outside: self.outside,
-        });
-    }
-
-    /// Takes back what it did since it was kept.
-    pub fn take_back(&mut self) {
-        let Some(kept) = self.kept.clone() else { return };
-        for (line, winch) in self.lines.iter_mut().zip(kept.winches) {
-            line.winch = winch;
-        }
-        self.lock = kept.lock;
-        self.pulled = kept.pulled;
-        self.outside = kept.outside;
-    }
-
-    /// Whether it left a thread too long since it was kept; `knots` are those at the end of the step.
-    pub fn overran(&mut self, knots: &Knots) -> bool {
-        self.settle(knots);
-        self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
-    }
-
-    /// Pulls the knots for a (sub-)step of `step` seconds, before they move, and marks those it pulled.
-    pub fn pull(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        if !self.runs {
-            return;
-        }
-        let inverse_mass = &self.inverse_mass;
-        for Line { thread, winch, .. } in &mut self.lines {
-            thread.begin(knots, inverse_mass);
-            winch.wind(|| thread.length_at_start());
-        }
-        if let Some(lock) = &mut self.lock {
-            lock.begin(knots, inverse_mass);
-        }
-        self.pulled.before_pull(knots, step);
-
-        self.sweep(knots, step);
-
-        for Line { thread, winch, .. } in &mut self.lines {
-            winch.pulled(step, thread.impulse(), thread.length_at_end());
-            let outside = Outside::of(thread);
-            self.outside.impulse += outside.impulse;
-            self.outside.angular_impulse += outside.angular_impulse;
-        }
-        self.pulled.after_pull(knots, &self.inverse_mass, touched);
     }
 
     /// Threads and latches pull in turn, until none changes what the others left.
@@ -242,7 +189,7 @@ impl Mechanism {
                     knots,
                     inverse_mass,
                     step,
-                    &winch.ask(step, *beyond, thread.inverse_mass_of_ends(inverse_mass)),
+                    &winch.command(step, *beyond, thread.inverse_mass_of_ends(inverse_mass)),
                     &self.effort,
                 );
             }
@@ -256,7 +203,7 @@ impl Mechanism {
     }
 
     /// Hears where the knots are after the (sub-)step, and winds the threads in.
-    fn settle(&mut self, knots: &Knots) {
+    fn finish_substep(&mut self, knots: &Knots) {
         for Line { thread, winch, .. } in &mut self.lines {
             winch.wind(|| thread.length(knots));
         }
@@ -268,7 +215,7 @@ impl Mechanism {
         if !self.runs {
             return EffectWork::default();
         }
-        self.settle(after);
+        self.finish_substep(after);
         let Done { work: on_knots, count } = self.pulled.take_done();
         // Reels speed up in every sub-step, not only here.
         let stored = self.stored();
@@ -317,17 +264,76 @@ impl Mechanism {
 
     /// What the winches have done together: works and times add up, tensions and excesses (over the
     /// full length of their thread [-]) are the largest.
-    pub fn tally(&self) -> Tally {
+    pub fn tally(&self) -> WinchRecord {
         self.lines.iter().fold(
-            Tally::default(),
-            |sum, Line { winch: Winch { tally, .. }, full_length, .. }| Tally {
+            WinchRecord::default(),
+            |sum, Line { winch: Winch { tally, .. }, full_length, .. }| WinchRecord {
                 work: sum.work + tally.work,
                 tension: sum.tension.max(tally.tension),
                 time_at_limit: sum.time_at_limit + tally.time_at_limit,
                 excess: sum.excess.max(tally.excess / full_length),
-                drag: sum.drag.max(tally.drag / full_length),
+                limit_overshoot: sum.limit_overshoot.max(tally.limit_overshoot / full_length),
             },
         )
+    }
+}
+
+impl SubstepConstraint for Mechanism {
+    fn knots(&self, knots: &mut Vec<usize>) {
+        knots.extend(self.pulled.knots().filter(|_| self.runs));
+    }
+
+    fn solve(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        if !self.runs {
+            return;
+        }
+        let inverse_mass = &self.inverse_mass;
+        for Line { thread, winch, .. } in &mut self.lines {
+            thread.begin(knots, inverse_mass);
+            winch.wind(|| thread.length_at_start());
+        }
+        if let Some(lock) = &mut self.lock {
+            lock.begin(knots, inverse_mass);
+        }
+        self.pulled.before_pull(knots, step);
+
+        self.sweep(knots, step);
+
+        for Line { thread, winch, .. } in &mut self.lines {
+            winch.pulled(step, thread.impulse(), thread.length_at_end());
+            let outside = Outside::of(thread);
+            self.outside.impulse += outside.impulse;
+            self.outside.angular_impulse += outside.angular_impulse;
+        }
+        self.pulled.after_pull(knots, &self.inverse_mass, touched);
+    }
+
+    fn checkpoint(&mut self) {
+        for line in &mut self.lines {
+            line.winch.excess = 0.0;
+        }
+        self.checkpoint = self.runs.then(|| Checkpoint {
+            winches: self.lines.iter().map(|line| line.winch).collect(),
+            lock: self.lock.clone(),
+            pulled: self.pulled.clone(),
+            outside: self.outside,
+        });
+    }
+
+    fn rollback(&mut self) {
+        let Some(kept) = self.checkpoint.clone() else { return };
+        for (line, winch) in self.lines.iter_mut().zip(kept.winches) {
+            line.winch = winch;
+        }
+        self.lock = kept.lock;
+        self.pulled = kept.pulled;
+        self.outside = kept.outside;
+    }
+
+    /// Whether it left a thread too long.
+    fn violated(&mut self, knots: &Knots) -> bool {
+        self.finish_substep(knots);
+        self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
     }
 }
 
@@ -360,7 +366,7 @@ mod tests {
 
         fn step(&mut self, step: f64) {
             let n_knots = self.knots.position.len();
-            self.mechanism.pull(&mut self.knots, step, &mut vec![false; n_knots]);
+            self.mechanism.solve(&mut self.knots, step, &mut vec![false; n_knots]);
             for (x, v) in self.knots.position.iter_mut().zip(&self.knots.velocity) {
                 *x += step * v;
             }

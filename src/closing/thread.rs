@@ -45,7 +45,7 @@ use crate::state::Knots;
 
 /// How hard a (sub-)step tries to settle all threads.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
+pub struct IterationLimits {
     /// Gauss–Seidel sweeps over the threads, at most.
     pub sweeps: usize,
     /// Newton passes of each on its length at the end of the step, at most.
@@ -54,14 +54,14 @@ pub struct Effort {
     pub tolerance: f64,
 }
 
-impl Effort {
+impl IterationLimits {
     /// Within a step.
-    pub const WHOLE: Effort = Effort { sweeps: 3, passes: 6, tolerance: 1e-7 };
+    pub const WHOLE: IterationLimits = IterationLimits { sweeps: 3, passes: 6, tolerance: 1e-7 };
 
     /// Where sub-steps follow each other so closely that one settles what the last left. On the Cubesat's
     /// closing, excess and the winches' work are those of `WHOLE` (3e-4 of the length for 1e-4 with three
     /// passes), in two thirds of the time.
-    pub const IN_SUBSTEPS: Effort = Effort { sweeps: 1, passes: 1, tolerance: 1e-4 };
+    pub const IN_SUBSTEPS: IterationLimits = IterationLimits { sweeps: 1, passes: 1, tolerance: 1e-4 };
 }
 
 /// A segment is long, and pulled along the line it has at the start of the step, when its knots
@@ -89,31 +89,37 @@ pub enum Ends {
 
 /// What a thread is to do within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ask {
+pub struct LengthCommand {
     /// Length allowed at the end of the step [m].
     pub length: f64,
     /// The same where the reels give way to the pull, at most [m].
     pub length_most: f64,
     /// By how much they give way: their inverse inertia [1/kg].
-    pub give: f64,
+    pub compliance: f64,
     /// Largest impulse [N s].
     pub impulse_most: f64,
     /// Impulse that it takes at least, however little the length seems to need [N s].
     pub impulse_least: f64,
 }
 
-impl Ask {
+impl LengthCommand {
     /// A plain bound on the length, whatever it takes.
-    pub fn hold(length: f64) -> Ask {
-        Ask { length, length_most: length, give: 0.0, impulse_most: f64::INFINITY, impulse_least: 0.0 }
+    pub fn hold(length: f64) -> LengthCommand {
+        LengthCommand {
+            length,
+            length_most: length,
+            compliance: 0.0,
+            impulse_most: f64::INFINITY,
+            impulse_least: 0.0,
+        }
     }
 
     /// The impulse that ends at the allowed length, from `impulse` that ends at `length`, if the
     /// knots' inverse effective mass is `weight`.
     fn solve(&self, length: f64, impulse: f64, weight: f64, step: f64) -> f64 {
-        let given = self.length + step * self.give * impulse;
+        let given = self.length + step * self.compliance * impulse;
         let wanted = if given < self.length_most {
-            impulse + (length - given) / (step * (weight + self.give))
+            impulse + (length - given) / (step * (weight + self.compliance))
         } else {
             impulse + (length - self.length_most) / (step * weight) // the reels stand
         };
@@ -336,8 +342,8 @@ impl Thread {
         knots: &mut Knots,
         inverse_mass: &[f64],
         step: f64,
-        ask: &Ask,
-        effort: &Effort,
+        ask: &LengthCommand,
+        effort: &IterationLimits,
     ) -> bool {
         let mut changed = false;
         if self.inverse_mass <= 0.0 {
@@ -467,10 +473,10 @@ mod tests {
         (knots, inverse_mass, Thread::new((0..7).map(Node::Knot).collect(), Ends::Both, 0.0))
     }
 
-    fn pulled(knots: &Knots, inverse_mass: &[f64], thread: &mut Thread, ask: &Ask) -> Knots {
+    fn pulled(knots: &Knots, inverse_mass: &[f64], thread: &mut Thread, ask: &LengthCommand) -> Knots {
         let mut after = knots.clone();
         thread.begin(knots, inverse_mass);
-        thread.pull(&mut after, inverse_mass, STEP, ask, &Effort::WHOLE);
+        thread.pull(&mut after, inverse_mass, STEP, ask, &IterationLimits::WHOLE);
         after
     }
 
@@ -479,7 +485,7 @@ mod tests {
     fn a_row_of_free_knots_closes_at_the_asked_speed_with_equal_tension() {
         let (knots, mut thread) = row(9);
         let (mass, rate) = (0.2, 0.8);
-        let after = pulled(&knots, &[1.0 / mass; 9], &mut thread, &Ask::hold(8.0 - rate * STEP));
+        let after = pulled(&knots, &[1.0 / mass; 9], &mut thread, &LengthCommand::hold(8.0 - rate * STEP));
         assert!((thread.impulse() - rate * mass / 2.0).abs() < 1e-12);
         for segment in &thread.segments {
             assert!((segment.pull - vector![0.0, thread.impulse(), 0.0]).norm() < 1e-12);
@@ -493,14 +499,14 @@ mod tests {
     fn slack_thread_does_nothing() {
         let (knots, inverse_mass, mut thread) = bent();
         let length = thread.length_after(&knots, STEP);
-        assert_eq!(pulled(&knots, &inverse_mass, &mut thread, &Ask::hold(length + 1e-9)), knots);
+        assert_eq!(pulled(&knots, &inverse_mass, &mut thread, &LengthCommand::hold(length + 1e-9)), knots);
     }
 
     /// Where it turns, too: the length is met at the end of the step and not only to first order.
     #[test]
     fn a_bent_thread_ends_at_the_asked_length_and_keeps_both_momenta() {
         let (knots, inverse_mass, mut thread) = bent();
-        let ask = Ask::hold(thread.length(&knots) - 0.02);
+        let ask = LengthCommand::hold(thread.length(&knots) - 0.02);
         let after = pulled(&knots, &inverse_mass, &mut thread, &ask);
         assert!((thread.length_after(&after, STEP) - ask.length).abs() < 1e-9);
         let mut momentum = Vector3::zeros();
@@ -518,7 +524,7 @@ mod tests {
     fn the_pull_never_exceeds_its_limit() {
         let (knots, inverse_mass, mut thread) = bent();
         let limit = 1e-3;
-        let ask = Ask { impulse_most: limit, ..Ask::hold(thread.length(&knots) - 0.02) };
+        let ask = LengthCommand { impulse_most: limit, ..LengthCommand::hold(thread.length(&knots) - 0.02) };
         pulled(&knots, &inverse_mass, &mut thread, &ask);
         assert_eq!(thread.impulse(), limit);
         assert!(thread.segments.iter().all(|s| s.pull.norm() <= limit * (1.0 + 1e-12)));
@@ -532,7 +538,7 @@ mod tests {
             position: knots.position.iter().map(|x| turn * x).collect(),
             velocity: knots.velocity.iter().map(|v| turn * v).collect(),
         };
-        let ask = Ask::hold(thread.length(&knots) - 0.02);
+        let ask = LengthCommand::hold(thread.length(&knots) - 0.02);
         let after = pulled(&knots, &inverse_mass, &mut thread, &ask);
         let again = pulled(&turned, &inverse_mass, &mut thread, &ask);
         for (v, w) in after.velocity.iter().zip(&again.velocity) {
@@ -556,10 +562,10 @@ mod tests {
         };
         let inverse_mass = [0.0, 1e4, 1e4, 0.0];
         let mut thread = Thread::new((0..4).map(Node::Knot).collect(), Ends::Both, 0.0);
-        let ask = Ask { impulse_most: 1.0 * STEP, ..Ask::hold(0.0) };
+        let ask = LengthCommand { impulse_most: 1.0 * STEP, ..LengthCommand::hold(0.0) };
         for _ in 0..300 {
             thread.begin(&knots, &inverse_mass);
-            thread.pull(&mut knots, &inverse_mass, STEP, &ask, &Effort::WHOLE);
+            thread.pull(&mut knots, &inverse_mass, STEP, &ask, &IterationLimits::WHOLE);
             for i in 0..4 {
                 let velocity = knots.velocity[i];
                 knots.position[i] += STEP * velocity;
@@ -585,7 +591,7 @@ mod tests {
         let falls = (-0.4 * std::f64::consts::FRAC_PI_2).exp();
         for (ends, shares) in [(Ends::Both, [1.0, falls, 1.0]), (Ends::First, [1.0, falls, falls * falls])] {
             let mut thread = Thread::new((0..4).map(Node::Knot).collect(), ends, 0.4);
-            pulled(&knots, &[1.0; 4], &mut thread, &Ask::hold(2.999));
+            pulled(&knots, &[1.0; 4], &mut thread, &LengthCommand::hold(2.999));
             for (segment, share) in thread.segments.iter().zip(shares) {
                 assert!((segment.pull.norm() / thread.impulse() - share).abs() < 1e-12);
             }
@@ -601,7 +607,7 @@ mod tests {
         };
         let nodes = vec![Node::Anchor, Node::Knot(0), Node::Knot(1), Node::Knot(2), Node::Knot(0)];
         let mut thread = Thread::new(nodes, Ends::First, 0.0);
-        let ask = Ask::hold(thread.length(&knots) - 1e-3);
+        let ask = LengthCommand::hold(thread.length(&knots) - 1e-3);
         let after = pulled(&knots, &[1.0, 2.0, 4.0], &mut thread, &ask);
         assert!((thread.length_after(&after, STEP) - ask.length).abs() < 1e-9);
         let momentum = after.velocity[0] + after.velocity[1] / 2.0 + after.velocity[2] / 4.0;

@@ -56,7 +56,7 @@ impl Trigger {
 
 /// Waits for a trigger.
 #[derive(Clone, Debug)]
-pub struct Watch {
+pub struct TriggerWatch {
     trigger: Trigger,
     bullets: [usize; 4],
     perimeter: Vec<usize>,
@@ -67,14 +67,14 @@ pub struct Watch {
     due: Option<f64>,
 }
 
-impl Watch {
+impl TriggerWatch {
     /// Waits for `trigger` on `net`.
-    pub fn new(trigger: Trigger, net: &Net) -> Watch {
+    pub fn new(trigger: Trigger, net: &Net) -> TriggerWatch {
         let due = match trigger {
             Trigger::Time { at_s } => Some(at_s),
             _ => None,
         };
-        Watch {
+        TriggerWatch {
             trigger,
             bullets: net.bullets,
             perimeter: net.perimeter.clone(),
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn contact_starts_after_its_delay_and_needs_an_impulse() {
         let net = net();
-        let mut watch = Watch::new(Trigger::Contact { delay_s: 0.1 }, &net);
+        let mut watch = TriggerWatch::new(Trigger::Contact { delay_s: 0.1 }, &net);
         let mut near = state(&net, 1.0, 0.0, 1.0);
         let contact = Contact {
             knot: 0,
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn time_starts_at_its_time() {
         let net = net();
-        let mut watch = Watch::new(Trigger::Time { at_s: 0.3 }, &net);
+        let mut watch = TriggerWatch::new(Trigger::Time { at_s: 0.3 }, &net);
         assert!(!watch.fires(&state(&net, 0.2, 0.0, 1.0)));
         assert!(watch.fires(&state(&net, 0.1 + 0.2, 0.0, 1.0)));
     }
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn a_mouth_must_have_been_wide_before_it_is_narrow() {
         let net = net();
-        let mut watch = Watch::new(Trigger::Mouth { below: Positive(0.5), delay_s: 0.0 }, &net);
+        let mut watch = TriggerWatch::new(Trigger::Mouth { below: Positive(0.5), delay_s: 0.0 }, &net);
         assert!(!watch.fires(&state(&net, 0.0, 0.0, 0.3)));
         assert!(!watch.fires(&state(&net, 0.5, 0.0, 1.0)));
         assert!(watch.fires(&state(&net, 1.0, 0.0, 0.3)));
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn past_waits_for_all_bullets() {
         let net = net();
-        let mut watch = Watch::new(Trigger::Past { distance_m: 0.2, delay_s: 0.0 }, &net);
+        let mut watch = TriggerWatch::new(Trigger::Past { distance_m: 0.2, delay_s: 0.0 }, &net);
         let mut late = state(&net, 1.0, 1.3, 1.0);
         late.knots.position[net.bullets[2]].x = 1.1;
         assert!(!watch.fires(&late));

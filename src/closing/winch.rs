@@ -1,7 +1,7 @@
 //! Winches that reel a thread in, and never pay it out.
 //!
 //! The length still off the reels, L, falls by at most the reel speed of every winch, and by no
-//! more than the knots give: after a step of h seconds that left the thread S long
+//! more than the knots compliance: after a step of h seconds that left the thread S long
 //!
 //!   L ← min(L, max(S, L − n s h)),
 //!
@@ -31,7 +31,7 @@
 //! What it remembers is right on average only. A thread that bullets are about to drag beyond L
 //! therefore pulls at once as hard as its ends call for, up to the limit.
 
-use super::thread::Ask;
+use super::thread::LengthCommand;
 
 /// How fast the remembered resistance follows the last step's. On the Cubesat 0 stalls, 0.2 and
 /// 0.5 reach the tension limit, and from 0.5 on a thread that comes free overshoots: it does more work on
@@ -75,17 +75,17 @@ pub struct Winch {
     /// Lengthening of the thread by the rest of the world that is expected in a step [m/s].
     resistance: f64,
     /// The step under way, until its outcome is known.
-    asked: Option<Asked>,
+    commanded: Option<Commanded>,
     /// Largest tension since it was last read [N].
     pub tension: f64,
     /// As in the tally, since it was last set to nothing [m].
     pub excess: f64,
     /// What it has done.
-    pub tally: Tally,
+    pub tally: WinchRecord,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Asked {
+struct Commanded {
     shortest: f64,
     step: f64,
     impulse: f64,
@@ -94,7 +94,7 @@ struct Asked {
 
 /// What the winches of a thread have done.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tally {
+pub struct WinchRecord {
     /// Work put in [J].
     pub work: f64,
     /// Largest tension [N].
@@ -105,7 +105,7 @@ pub struct Tally {
     /// spare [m]: an error of the method.
     pub excess: f64,
     /// The same at the tension limit [m]: knots that pull harder drag the thread out.
-    pub drag: f64,
+    pub limit_overshoot: f64,
 }
 
 impl Winch {
@@ -117,10 +117,10 @@ impl Winch {
             stop: drive.stop_share * full_length,
             speed: if drive.reel_mass > 0.0 { 0.0 } else { drive.speed },
             resistance: 0.0,
-            asked: None,
+            commanded: None,
             tension: 0.0,
             excess: 0.0,
-            tally: Tally::default(),
+            tally: WinchRecord::default(),
         }
     }
 
@@ -134,23 +134,28 @@ impl Winch {
         self.length = length;
     }
 
+    /// Reels in at another speed, at most [m/s], and with another largest tension [N].
+    pub fn command_limits(&mut self, speed: f64, tension: f64) {
+        (self.drive.speed, self.drive.tension) = (speed, tension);
+    }
+
     /// What the thread is to do within a step of `step` seconds.
     ///
     /// `beyond`: by how much the thread is longer than what is off the reels, now or at the end of the
     /// step if nothing pulled it [m]; `inverse_mass`: of its ends [1/kg].
-    pub fn ask(&self, step: f64, beyond: f64, inverse_mass: f64) -> Ask {
+    pub fn command(&self, step: f64, beyond: f64, inverse_mass: f64) -> LengthCommand {
         let expected = step * self.resistance;
         let wound = self.shortest(step);
-        let (most, give) = if self.drive.reel_mass > 0.0 {
+        let (most, compliance) = if self.drive.reel_mass > 0.0 {
             (self.length, self.drive.winches / self.drive.reel_mass)
         } else {
             (wound, 0.0)
         };
         let most_impulse = self.drive.tension * step;
-        Ask {
+        LengthCommand {
             length: wound - expected,
             length_most: most - expected,
-            give,
+            compliance,
             impulse_most: most_impulse,
             impulse_least: (STIFF * beyond / (step * inverse_mass)).clamp(0.0, most_impulse),
         }
@@ -167,12 +172,12 @@ impl Winch {
     /// Hears what the thread did: its impulse, and its length ahead as far as that decides it.
     pub fn pulled(&mut self, step: f64, impulse: f64, length_ahead: f64) {
         self.tension = self.tension.max(impulse / step);
-        self.asked = Some(Asked { shortest: self.shortest(step), step, impulse, length_ahead });
+        self.commanded = Some(Commanded { shortest: self.shortest(step), step, impulse, length_ahead });
     }
 
     /// Hears how long the thread is now that the step is done, and winds it in.
     pub fn wind(&mut self, length_now: impl FnOnce() -> f64) {
-        let Some(Asked { shortest, step, impulse, length_ahead }) = self.asked.take() else { return };
+        let Some(Commanded { shortest, step, impulse, length_ahead }) = self.commanded.take() else { return };
         let length_now = length_now();
         let Drive { winches, reel_mass, tension: limit, .. } = self.drive;
         let beyond = length_now - self.length;
@@ -189,7 +194,7 @@ impl Winch {
         self.tally.tension = self.tally.tension.max(tension);
         if tension >= limit * (1.0 - ROUNDING) {
             self.tally.time_at_limit += step;
-            self.tally.drag = self.tally.drag.max(beyond);
+            self.tally.limit_overshoot = self.tally.limit_overshoot.max(beyond);
         } else {
             self.tally.excess = self.tally.excess.max(beyond);
             self.excess = self.excess.max(beyond);

@@ -75,13 +75,13 @@ impl Rapier {
         self.found = found;
     }
 
-    /// Gives a free target the angular momentum that impulses and loads left it.
+    /// Gives a free target the angular momentum that impulses left it.
     fn settle_spin(&self, world: &mut World, before: &State, state: &mut State, new: &[Contact], step: f64) {
         let (Some(inertia), Some(start), Some(mut body)) = (&self.inertia, &before.target, state.target)
         else {
             return;
         };
-        let mut momentum = start.angular_momentum(inertia) + step * state.loads.torque_on_target;
+        let mut momentum = start.angular_momentum(inertia);
         for contact in new {
             momentum -= (contact.point - start.position).cross(&contact.impulse_on_knot());
         }

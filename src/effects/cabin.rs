@@ -9,15 +9,15 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Parameters;
 use super::field::Active;
-use super::{Effect, Parameters};
 use crate::assets::Kind;
 use crate::field::profile::{self, Row, Values};
+use crate::interaction::Interaction;
 use crate::limits::Limit;
-use crate::net::Net;
+use crate::options::BuildContext;
 use crate::problems::Problems;
 use crate::read::join;
-use crate::target::Target;
 use crate::target::files::Files;
 
 /// Parameters of the cabin.
@@ -102,12 +102,13 @@ impl Parameters for Cabin {
         self.rows.iter().flat_map(Row::numbers).collect()
     }
 
-    fn build(&self, net: &Net, target: Option<&Target>) -> Box<dyn Effect> {
+    fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let course = match self.rows.len() {
             0 => "constant".to_owned(),
             n => format!("a profile of {n} rows"),
         };
-        let installs = format!("two kicks a step on {} knots and every free body; {course}", net.n_knots());
-        Box::new(Active::new("cabin", installs, self.motion(), net, target))
+        let installs =
+            format!("two kicks a step on {} knots and every free body; {course}", context.net.n_knots());
+        Active::on(context, "cabin", installs, self.motion())
     }
 }

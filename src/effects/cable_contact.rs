@@ -17,14 +17,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, Parameters};
+use super::Parameters;
 use crate::contact::cables::{CableWatch, Response};
 use crate::contact::penalty::Penalty;
-use crate::net::Net;
-use crate::options::Setting;
+use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
+use crate::options::BuildContext;
 use crate::solver::ContactModel;
 use crate::state::{Body, Contact, EffectWork, Knots, State};
-use crate::target::Target;
 
 /// Contact of cables has no parameters of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -32,63 +31,49 @@ use crate::target::Target;
 pub struct CableContact {}
 
 impl Parameters for CableContact {
-    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
-        Box::new(Active { watch: None, n_cables: net.cables.len(), step: 0.0, stored: 0.0 })
+    fn build(&self, context: &BuildContext<'_>) -> Interaction {
+        let BuildContext { net, target, solver, options, contact_margin, .. } = *context;
+        let response = match solver.contact {
+            ContactModel::Penalty => Response::Penalty {
+                force: Penalty::new(net, &solver.penalty, None),
+                speed: context.contact_speed,
+            },
+            ContactModel::Rapier | ContactModel::Impulse => {
+                Response::Impulse { restitution: solver.restitution }
+            }
+        };
+        let watch = target
+            .map(|target| CableWatch::new(net, target, contact_margin, response, options.friction, solver));
+        let about = match watch {
+            Some(_) => format!("a capsule for each of {} cables, to detect with", net.cables.len()),
+            None => "nothing: the scene has no target".to_owned(),
+        };
+        let step = context.time_step.step;
+        Interaction::new("cable_contact", about, Capsules { watch, step, stored: 0.0 }).internal()
     }
 }
 
-struct Active {
+/// The cables under way.
+struct Capsules {
     /// None without a target.
     watch: Option<CableWatch>,
-    n_cables: usize,
     step: f64,
     /// Energy that it held after the last step [J].
     stored: f64,
 }
 
-impl Effect for Active {
-    fn name(&self) -> &'static str {
-        "cable_contact"
+impl Effect for Capsules {
+    fn contacts(&mut self) -> Option<&mut dyn ContactLaw> {
+        if self.watch.is_some() { Some(self) } else { None }
     }
 
-    fn is_internal(&self) -> bool {
-        true
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        Some(self)
     }
+}
 
-    fn prepare(&mut self, setting: &Setting<'_>) {
-        let Setting { net, target, solver, plan, reach, .. } = *setting;
-        let Some(target) = target else { return };
-        let response = match solver.contact {
-            ContactModel::Penalty => Response::Penalty {
-                force: Penalty::new(net, &solver.penalty, None),
-                speed: setting.contact_speed,
-            },
-            ContactModel::Rapier | ContactModel::Impulse => {
-                Response::Impulse { restitution: plan.restitution }
-            }
-        };
-        self.step = plan.step;
-        self.watch = Some(CableWatch::new(net, target, reach, response, plan.friction, solver));
-    }
-
-    fn installs(&self) -> String {
-        match self.watch {
-            Some(_) => format!("a capsule for each of {} cables, to detect with", self.n_cables),
-            None => "nothing: the scene has no target".to_owned(),
-        }
-    }
-
-    fn presses(&self) -> bool {
-        self.watch.is_some()
-    }
-
-    fn watch(&mut self, state: &State) {
-        if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
-            watch.look(state, body, self.step);
-        }
-    }
-
-    fn press(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+impl ContactLaw for Capsules {
+    fn solve(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
         if let (Some(watch), Some(body)) = (&mut self.watch, target) {
             watch.answer(knots, body, step, touched);
         }
@@ -103,6 +88,14 @@ impl Effect for Active {
     fn detection(&self) -> (usize, u64) {
         self.watch.as_ref().map_or((0, 0), |watch| (watch.n_colliders(), watch.n_detections))
     }
+}
+
+impl StepObserver for Capsules {
+    fn start_of_step(&mut self, state: &State) {
+        if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
+            watch.look(state, body, self.step);
+        }
+    }
 
     fn stored_energy(&self, state: &State) -> f64 {
         let bodies = self.watch.as_ref().zip(state.target.as_ref());
@@ -110,7 +103,7 @@ impl Effect for Active {
     }
 
     /// Impulses and moments that a held target passes to the outside are booked with all contacts.
-    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
+    fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
         let before = self.stored;
         self.stored = self.stored_energy(after);
         let own = || after.contacts.iter().filter(|contact| contact.along.is_some());

@@ -21,18 +21,20 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::{Effect, Parameters};
+use super::Parameters;
+use crate::interaction::{Effect, Half, HalfKick, Interaction, Output, Report, StepObserver};
 use crate::net::Net;
-use crate::options::BuildOptions;
+use crate::options::{BuildContext, BuildOptions};
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
 use crate::state::{Body, EffectWork, FreeBody, State};
+use crate::target::Motion;
 use crate::target::files::Files;
 use crate::target::motion::RigidMotion;
-use crate::target::{Motion, Target};
 
 /// Deviations beyond so many standard deviations are not drawn.
 pub const CUT: f64 = 3.0;
@@ -127,68 +129,85 @@ impl Parameters for Chaser {
         }
     }
 
-    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
-        let start = self.recoiled(net);
-        Box::new(Active { motion: RigidMotion::new(Motion::Free, start.inertia), start })
+    fn ask(&self, options: &mut BuildOptions) {
+        options.free_chaser = true;
+    }
+
+    fn build(&self, context: &BuildContext<'_>) -> Interaction {
+        let start = self.recoiled(context.net);
+        let about = format!("a free body of {} kg outside the engine", start.mass);
+        let motion = RigidMotion::new(Motion::Free, start.inertia);
+        Interaction::new("chaser", about, Recoiling { motion, start }).with_body(start)
     }
 }
 
-struct Active {
-    start: FreeBody,
+/// The chaser under way.
+struct Recoiling {
     motion: RigidMotion,
+    start: FreeBody,
 }
 
-impl Effect for Active {
-    fn name(&self) -> &'static str {
-        "chaser"
+impl Effect for Recoiling {
+    fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
+        Some(self)
     }
 
-    fn installs(&self) -> String {
-        format!("a free body of {} kg outside the engine", self.start.mass)
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        Some(self)
     }
 
-    fn install(&self, plan: &mut BuildOptions) {
-        plan.free_chaser = true;
+    fn output(&mut self) -> Option<&mut dyn Output> {
+        Some(self)
     }
+}
 
-    fn begin(&self, state: &mut State) {
-        state.chaser = Some(self.start);
-    }
-
-    fn brackets(&self) -> bool {
-        true
-    }
-
-    fn open(&mut self, state: &mut State, step: f64) -> EffectWork {
+impl HalfKick for Recoiling {
+    /// Before the rest of the step it moves on, as nothing else moves it.
+    fn kick(&mut self, state: &mut State, step: f64, half: Half) -> EffectWork {
+        if half == Half::Second {
+            return EffectWork::default();
+        }
         if let Some(chaser) = &mut state.chaser {
             self.motion.drift(&mut chaser.body, step);
         }
         EffectWork { count: 1, ..EffectWork::default() }
     }
+}
 
+impl StepObserver for Recoiling {
     fn stored_energy(&self, state: &State) -> f64 {
         state.chaser.map_or(0.0, |chaser| chaser.kinetic_energy())
     }
 
-    fn account(&mut self, _before: &State, _after: &State) -> EffectWork {
+    fn end_of_step(&mut self, _before: &State, _after: &State) -> EffectWork {
         EffectWork::default()
     }
+}
 
-    fn reading_names(&self) -> Vec<String> {
+impl Output for Recoiling {
+    fn columns(&self) -> Vec<String> {
         ["x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"]
             .map(|name| format!("chaser_{name}"))
             .into()
     }
 
-    fn readings(&mut self, state: &State) -> Vec<f64> {
-        state
-            .chaser
-            .iter()
-            .flat_map(|chaser| {
-                let body = &chaser.body;
-                let (position, velocity, spin) = (body.position, body.velocity, body.spin());
-                [position, velocity, spin].into_iter().flat_map(|vector| [vector.x, vector.y, vector.z])
-            })
-            .collect()
+    fn values(&mut self, state: &State) -> Vec<f64> {
+        let bodies = state.chaser.iter().map(|chaser| &chaser.body);
+        let vectors = bodies.flat_map(|body| [body.position, body.velocity, body.spin()]);
+        vectors.flat_map(|vector| [vector.x, vector.y, vector.z]).collect()
+    }
+
+    fn report(&self, end: &State) -> Report {
+        let Some(end) = end.chaser.map(|chaser| chaser.body) else { return Report::default() };
+        let start = self.start.body;
+        Report {
+            numbers: vec![
+                ("recoil_m_s", json!(<[f64; 3]>::from(start.velocity))),
+                ("recoil_rad_s", json!(<[f64; 3]>::from(start.spin()))),
+                ("displacement_m", json!(<[f64; 3]>::from(end.position - start.position))),
+                ("turned_rad", json!(end.attitude.angle())),
+            ],
+            ..Report::default()
+        }
     }
 }

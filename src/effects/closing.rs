@@ -15,22 +15,28 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
-use super::{Effect, Parameters};
+use super::Parameters;
 use crate::closing::layouts::Layout;
 use crate::closing::lock::Lock;
-use crate::closing::trigger::{Trigger, Watch};
+use crate::closing::trigger::{Trigger, TriggerWatch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism, Outside};
-use crate::net::Net;
-use crate::options::Setting;
+use crate::interaction::{
+    DrawnThread, Effect, Half, HalfKick, Interaction, Output, Report, StepObserver, SubstepConstraint,
+};
+use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
-use crate::solver::CableModel;
 use crate::state::{EffectWork, State};
-use crate::target::Target;
 
-/// What is read of each thread in every frame, in this order: columns `thread_1_length_m` and so on.
-pub const THREAD_READINGS: [&str; 3] = ["length_m", "off_reels_m", "tension_n"];
+/// The columns of thread `number`, from 0: its length, what is off its reels, its tension.
+fn thread_columns(number: usize) -> [String; 3] {
+    ["length_m", "off_reels_m", "tension_n"].map(|column| format!("thread_{}_{column}", number + 1))
+}
+
+/// The column of the winches' work.
+const WORK_COLUMN: &str = "winch_work_j";
 
 /// Parameters of the closing mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -74,7 +80,12 @@ impl Closing {
 }
 
 impl Parameters for Closing {
-    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.has_constraints = true;
+    }
+
+    fn build(&self, context: &BuildContext<'_>) -> Interaction {
+        let net = context.net;
         let drive = Drive {
             winches: 1.0, // each route says its own
             speed: self.reel_speed_m_s.0,
@@ -88,54 +99,41 @@ impl Parameters for Closing {
         let mesh = (net.designed_area / (n_meshes[0] * n_meshes[1])).sqrt();
         let distance = self.lock_distance_m.map_or(0.1 * mesh, |distance| distance.0);
         let lock = self.lock.then(|| Lock::new(&net.perimeter, distance));
-        Box::new(Active {
-            parameters: *self,
-            watch: Watch::new(self.trigger, net),
-            mechanism: Mechanism::new(lines, lock, &net.mass),
-            stops: routes.iter().map(|route| self.stop_share * route.full_length).collect(),
-            triggered: None,
-            length_start: 0.0,
-            passed_on: 0.0,
-            has_chaser: false,
-            from_chaser: Outside::default(),
-        })
+        let mut mechanism = Mechanism::new(lines, lock, &net.mass);
+        if context.acts_in_substeps {
+            mechanism.in_substeps();
+        }
+        let about = format!(
+            "{} thread(s) of layout {:?}, {} m/s a winch, at most {} N",
+            mechanism.n_threads(),
+            self.layout,
+            self.reel_speed_m_s.0,
+            self.max_tension_n.0
+        );
+        Interaction::new(
+            "closing",
+            about,
+            Threads {
+                trigger: TriggerWatch::new(self.trigger, net),
+                mechanism,
+                limit: self.max_tension_n.0,
+                stops: routes.iter().map(|route| self.stop_share * route.full_length).collect(),
+                triggered: None,
+                length_start: 0.0,
+                passed_on: 0.0,
+                has_chaser: context.options.free_chaser && self.layout == Layout::Cinch,
+                from_chaser: Outside::default(),
+            },
+        )
     }
 }
 
-/// What a closing mechanism did in a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Report {
-    /// When the winches started [s].
-    pub triggered: Option<f64>,
-    /// Length of all threads off the reels when they started [m].
-    pub length_start: f64,
-    /// The same now [m].
-    pub length_end: f64,
-    /// Largest tension [N].
-    pub tension: f64,
-    /// Time at the tension limit, summed over the threads [s].
-    pub time_at_limit: f64,
-    /// Work of the winches [J].
-    pub work: f64,
-    /// What of it did not reach the knots [J].
-    pub loss: f64,
-    /// Largest length of a thread beyond what was off its reels, over its full length, below its
-    /// largest tension [-].
-    pub excess: f64,
-    /// The same at its largest tension [-].
-    pub drag: f64,
-    /// Latched pairs of knots.
-    pub latches: usize,
-    /// The knots of each thread in order; `None`: the chaser.
-    pub ways: Vec<Vec<Option<usize>>>,
-    /// What is off the reels of each thread where winding ends [m].
-    pub stops: Vec<f64>,
-}
-
-struct Active {
-    parameters: Closing,
-    watch: Watch,
+/// The threads under way.
+struct Threads {
+    trigger: TriggerWatch,
     mechanism: Mechanism,
+    /// Largest tension [N].
+    limit: f64,
     /// What is off the reels of each thread where winding ends [m].
     stops: Vec<f64>,
     triggered: Option<f64>,
@@ -148,41 +146,50 @@ struct Active {
     from_chaser: Outside,
 }
 
-impl Effect for Active {
-    fn name(&self) -> &'static str {
-        "closing"
+impl Effect for Threads {
+    fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
+        if self.has_chaser { Some(self) } else { None }
     }
 
-    fn installs(&self) -> String {
-        let Closing { reel_speed_m_s, max_tension_n, layout, .. } = self.parameters;
-        format!(
-            "{} thread(s) of layout {layout:?}, {} m/s a winch, at most {} N",
-            self.mechanism.n_threads(),
-            reel_speed_m_s.0,
-            max_tension_n.0
-        )
-    }
-
-    fn prepare(&mut self, setting: &Setting<'_>) {
-        self.has_chaser = setting.plan.free_chaser && self.parameters.layout == Layout::Cinch;
-        if setting.solver.cables == CableModel::Explicit {
-            self.mechanism.in_substeps();
-        }
-    }
-
-    fn threads(&self) -> Option<&Mechanism> {
-        Some(&self.mechanism)
-    }
-
-    fn threads_mut(&mut self) -> Option<&mut Mechanism> {
+    fn constraint(&mut self) -> Option<&mut dyn SubstepConstraint> {
         Some(&mut self.mechanism)
     }
 
-    fn watch(&mut self, state: &State) {
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        Some(self)
+    }
+
+    fn output(&mut self) -> Option<&mut dyn Output> {
+        Some(self)
+    }
+}
+
+impl HalfKick for Threads {
+    /// At the end of the step the chaser takes what the net got from it.
+    fn kick(&mut self, state: &mut State, _step: f64, half: Half) -> EffectWork {
+        if half == Half::First {
+            return EffectWork::default();
+        }
+        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_chaser);
+        let Some(chaser) = &mut state.chaser else { return EffectWork::default() };
+        let before = chaser.kinetic_energy();
+        chaser.push(&-impulse, &-angular_impulse);
+        let work = chaser.kinetic_energy() - before;
+        self.passed_on += work;
+        EffectWork { work, ..EffectWork::default() }
+    }
+}
+
+impl StepObserver for Threads {
+    fn start_of_step(&mut self, state: &State) {
         if let Some(chaser) = state.chaser.filter(|_| self.has_chaser) {
             self.mechanism.anchor(chaser.port());
         }
-        if self.triggered.is_none() && self.watch.fires(state) {
+        if let Some(command) = state.winch {
+            self.mechanism.command(command.reel_speed, command.max_tension);
+        }
+        let is_told = state.winch.is_some_and(|command| command.start);
+        if self.triggered.is_none() && (is_told || self.trigger.fires(state)) {
             self.mechanism.start(&state.knots);
             self.triggered = Some(state.time);
             self.length_start = self.mechanism.length();
@@ -193,61 +200,58 @@ impl Effect for Active {
         self.mechanism.stored()
     }
 
-    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
-        let mut posting = self.mechanism.account(&after.knots);
-        self.passed_on += posting.work;
+    fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
+        let mut work = self.mechanism.account(&after.knots);
+        self.passed_on += work.work;
         if self.has_chaser {
             self.from_chaser = Outside {
-                impulse: std::mem::take(&mut posting.impulse),
-                angular_impulse: std::mem::take(&mut posting.angular_impulse),
+                impulse: std::mem::take(&mut work.impulse),
+                angular_impulse: std::mem::take(&mut work.angular_impulse),
             };
         }
-        posting
+        work
+    }
+}
+
+impl Output for Threads {
+    fn columns(&self) -> Vec<String> {
+        let of_threads = (0..self.mechanism.n_threads()).flat_map(thread_columns);
+        of_threads.chain([WORK_COLUMN.to_owned()]).collect()
     }
 
-    fn brackets(&self) -> bool {
-        self.has_chaser
-    }
-
-    /// The chaser takes what the net got from it.
-    fn close(&mut self, state: &mut State, _step: f64) -> EffectWork {
-        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_chaser);
-        let Some(chaser) = &mut state.chaser else { return EffectWork::default() };
-        let before = chaser.kinetic_energy();
-        chaser.push(&-impulse, &-angular_impulse);
-        let work = chaser.kinetic_energy() - before;
-        self.passed_on += work;
-        EffectWork { work, ..EffectWork::default() }
-    }
-
-    fn reading_names(&self) -> Vec<String> {
-        let threads = 1..=self.mechanism.n_threads();
-        let of_threads = threads.flat_map(|n| THREAD_READINGS.map(|reading| format!("thread_{n}_{reading}")));
-        of_threads.chain(["winch_work_j".to_owned()]).collect()
-    }
-
-    fn readings(&mut self, state: &State) -> Vec<f64> {
+    fn values(&mut self, state: &State) -> Vec<f64> {
         let work = self.mechanism.tally().work;
         let readings = self.mechanism.read(&state.knots);
         let threads = readings.flat_map(|reading| [reading.length, reading.off_reels, reading.tension]);
         threads.chain([work]).collect()
     }
 
-    fn closing(&self) -> Option<Report> {
+    fn report(&self, _end: &State) -> Report {
         let tally = self.mechanism.tally();
-        Some(Report {
-            triggered: self.triggered,
-            length_start: self.length_start,
-            length_end: self.mechanism.length(),
-            tension: tally.tension,
-            time_at_limit: tally.time_at_limit,
-            work: tally.work,
-            loss: tally.work - self.passed_on,
-            excess: tally.excess,
-            drag: tally.drag,
-            latches: self.mechanism.n_latches(),
-            ways: self.mechanism.ways().collect(),
-            stops: self.stops.clone(),
-        })
+        let thread = |(number, (way, &stop)): (usize, (Vec<Option<usize>>, &f64))| DrawnThread {
+            way,
+            stop,
+            limit: self.limit,
+            columns: thread_columns(number),
+        };
+        Report {
+            numbers: vec![
+                ("triggered_s", json!(self.triggered)),
+                ("length_start_m", json!(self.length_start)),
+                ("length_end_m", json!(self.mechanism.length())),
+                ("max_excess", json!(tally.excess)),
+                ("max_limit_overshoot", json!(tally.limit_overshoot)),
+                ("max_tension_n", json!(tally.tension)),
+                ("time_at_limit_s", json!(tally.time_at_limit)),
+                ("winch_work_j", json!(tally.work)),
+                // What of it did not reach the knots.
+                ("lost_j", json!(tally.work - self.passed_on)),
+                ("latches", json!(self.mechanism.n_latches())),
+            ],
+            start: Some(("winches start", self.triggered)),
+            trial: None,
+            threads: self.mechanism.ways().zip(&self.stops).enumerate().map(thread).collect(),
+            curves: vec![("winch work", "J", WORK_COLUMN)],
+        }
     }
 }

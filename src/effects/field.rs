@@ -4,17 +4,14 @@
 //! the stored energy Φ: nothing for a steady field, but for what the step's error is; for one that
 //! changes, what the change puts in.
 
-use crate::field::{self, Field, Half, Masses};
-use crate::net::Net;
+use crate::field::{self, Field, Masses};
+use crate::interaction::{Effect, Half, HalfKick, Interaction, StepObserver};
+use crate::options::BuildContext;
 use crate::state::{EffectWork, State};
-use crate::target::{Motion, Target};
-
-use super::Effect;
+use crate::target::Motion;
 
 /// An active field.
 pub struct Active<F> {
-    name: &'static str,
-    installs: String,
     field: F,
     masses: Masses,
     /// Φ as last posted [J].
@@ -23,53 +20,52 @@ pub struct Active<F> {
     middle: f64,
 }
 
-impl<F: Field> Active<F> {
-    /// `field` at work on the knots of `net` and on a free `target`.
-    pub fn new(
-        name: &'static str,
-        installs: String,
-        field: F,
-        net: &Net,
-        target: Option<&Target>,
-    ) -> Active<F> {
-        let free = target.filter(|target| target.motion == Motion::Free);
+impl<F: Field + 'static> Active<F> {
+    /// `field` at work on the knots of the net and on a free target.
+    pub fn on(context: &BuildContext<'_>, name: &'static str, about: String, field: F) -> Interaction {
+        let free = context.target.filter(|target| target.motion == Motion::Free);
         let target = free.map(|target| (target.mass, target.inertia));
-        let masses = Masses { knots: net.mass.clone(), target };
-        Active { name, installs, field, masses, stored: None, middle: 0.0 }
+        let masses = Masses { knots: context.net.mass.clone(), target };
+        Interaction::new(name, about, Active { field, masses, stored: None, middle: 0.0 })
     }
 }
 
 impl<F: Field> Effect for Active<F> {
-    fn name(&self) -> &'static str {
-        self.name
+    fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
+        Some(self)
     }
 
-    fn installs(&self) -> String {
-        self.installs.clone()
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        Some(self)
     }
+}
 
-    fn brackets(&self) -> bool {
-        true
+impl<F: Field> HalfKick for Active<F> {
+    fn kick(&mut self, state: &mut State, step: f64, half: Half) -> EffectWork {
+        let span = match half {
+            Half::First => {
+                self.stored.get_or_insert_with(|| {
+                    field::stored_energy(&self.field.at(state.time), state, &self.masses)
+                });
+                self.middle = state.time + 0.5 * step;
+                self.field.over(state.time, self.middle)
+            }
+            Half::Second => self.field.over(self.middle, state.time),
+        };
+        let work = field::kick(&span, half, state, &self.masses);
+        match half {
+            Half::First => work,
+            Half::Second => EffectWork { count: self.masses.knots.len() as u64, ..work },
+        }
     }
+}
 
-    fn open(&mut self, state: &mut State, step: f64) -> EffectWork {
-        self.stored
-            .get_or_insert_with(|| field::stored_energy(&self.field.at(state.time), state, &self.masses));
-        self.middle = state.time + 0.5 * step;
-        field::kick(&self.field.over(state.time, self.middle), Half::First, state, &self.masses)
-    }
-
-    fn close(&mut self, state: &mut State, _step: f64) -> EffectWork {
-        let posting =
-            field::kick(&self.field.over(self.middle, state.time), Half::Second, state, &self.masses);
-        EffectWork { count: self.masses.knots.len() as u64, ..posting }
-    }
-
+impl<F: Field> StepObserver for Active<F> {
     fn stored_energy(&self, state: &State) -> f64 {
         field::stored_energy(&self.field.at(state.time), state, &self.masses)
     }
 
-    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
+    fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
         let now = self.stored_energy(after);
         let rise = now - self.stored.replace(now).unwrap_or(now);
         EffectWork { work: rise, ..EffectWork::default() }

@@ -10,13 +10,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, Parameters};
+use super::Parameters;
 use crate::friction;
-use crate::net::Net;
-use crate::options::BuildOptions;
+use crate::interaction::{Effect, Interaction, StepObserver};
+use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::state::{EffectWork, State};
-use crate::target::Target;
 
 /// Parameters of friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -67,29 +66,24 @@ impl Friction {
 }
 
 impl Parameters for Friction {
-    fn build(&self, _net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
-        Box::new(*self)
+    fn ask(&self, options: &mut BuildOptions) {
+        options.friction = Some(self.contact_law());
+    }
+
+    fn build(&self, _context: &BuildContext<'_>) -> Interaction {
+        let about = format!("friction at every contact, coefficient {}", self.coefficient);
+        Interaction::new("friction", about, *self).internal()
     }
 }
 
 impl Effect for Friction {
-    fn name(&self) -> &'static str {
-        "friction"
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        Some(self)
     }
+}
 
-    fn is_internal(&self) -> bool {
-        true
-    }
-
-    fn install(&self, plan: &mut BuildOptions) {
-        plan.friction = Some(self.contact_law());
-    }
-
-    fn installs(&self) -> String {
-        format!("friction at every contact, coefficient {}", self.coefficient)
-    }
-
-    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
+impl StepObserver for Friction {
+    fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
         let rubbing = after.contacts.iter().filter(|contact| contact.friction.norm_squared() > 0.0);
         EffectWork {
             work: -after.contacts.iter().map(|contact| contact.friction_loss).sum::<f64>(),

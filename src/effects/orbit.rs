@@ -12,14 +12,14 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Parameters;
 use super::field::Active;
-use super::{Effect, Parameters};
 use crate::field::orbit::{EARTH_RADIUS, Orbit as Motion};
-use crate::net::Net;
+use crate::interaction::Interaction;
+use crate::options::BuildContext;
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
-use crate::target::Target;
 use crate::target::files::Files;
 
 /// Parameters of the orbit: `altitude_m` or `elements`.
@@ -138,13 +138,13 @@ impl Parameters for Orbit {
         }
     }
 
-    fn build(&self, net: &Net, target: Option<&Target>) -> Box<dyn Effect> {
+    fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let motion = self.motion();
         let installs = format!(
             "two kicks a step on {} knots and every free body; the frame turns once in {:.0} s",
-            net.n_knots(),
+            context.net.n_knots(),
             motion.period()
         );
-        Box::new(Active::new("orbit", installs, motion, net, target))
+        Active::on(context, "orbit", installs, motion)
     }
 }

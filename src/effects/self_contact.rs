@@ -7,12 +7,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, Parameters};
+use super::Parameters;
 use crate::contact::pairs::{PairWatch, bullet_radius};
-use crate::net::Net;
+use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
+use crate::options::BuildContext;
 use crate::quantity::Positive;
 use crate::state::{Body, EffectWork, Knots, State};
-use crate::target::Target;
 
 /// Parameters of self contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -28,43 +28,39 @@ pub struct SelfContact {
 }
 
 impl Parameters for SelfContact {
-    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
+    fn build(&self, context: &BuildContext<'_>) -> Interaction {
+        let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
-        Box::new(Active { watch: PairWatch::new(net, bullet_radius, self.restitution), bullet_radius })
+        let watch = PairWatch::new(net, bullet_radius, self.restitution);
+        let (n_pairs, millimetres) = (watch.n_pairs(), 1e3 * bullet_radius);
+        let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
+        Interaction::new("self_contact", about, Strands { watch }).internal()
     }
 }
 
-struct Active {
+/// The net's strands under way.
+struct Strands {
     watch: PairWatch,
-    bullet_radius: f64,
 }
 
-impl Effect for Active {
-    fn name(&self) -> &'static str {
-        "self_contact"
+impl Effect for Strands {
+    fn contacts(&mut self) -> Option<&mut dyn ContactLaw> {
+        Some(self)
     }
 
-    fn is_internal(&self) -> bool {
-        true
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        Some(self)
     }
+}
 
-    fn installs(&self) -> String {
-        let millimetres = 1e3 * self.bullet_radius;
-        format!(
-            "{} pairs of cables and bullets, which are balls of {millimetres:.1} mm",
-            self.watch.n_pairs()
-        )
-    }
-
-    fn presses(&self) -> bool {
-        true
-    }
-
-    fn press(&mut self, knots: &mut Knots, _: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+impl ContactLaw for Strands {
+    fn solve(&mut self, knots: &mut Knots, _: &mut Option<Body>, step: f64, touched: &mut [bool]) {
         self.watch.answer(knots, step, touched);
     }
+}
 
-    fn account(&mut self, before: &State, after: &State) -> EffectWork {
+impl StepObserver for Strands {
+    fn end_of_step(&mut self, before: &State, after: &State) -> EffectWork {
         self.watch.account(&before.knots, &after.knots)
     }
 }

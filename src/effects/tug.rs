@@ -13,19 +13,22 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, Parameters};
+use super::Parameters;
 use crate::closing::layouts::{Route, centre};
 use crate::closing::thread::{Ends, Node};
-use crate::closing::trigger::{Trigger, Watch};
+use crate::closing::trigger::{Trigger, TriggerWatch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism};
-use crate::net::Net;
+use crate::interaction::{Effect, Interaction, Output, Report, StepObserver, SubstepConstraint};
+use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::state::{EffectWork, State};
-use crate::target::Target;
 
 /// Distance of the winch over the side of the net, at least.
 const FAR: f64 = 100.0;
+
+/// The column of its force.
+const COLUMN: &str = "tug_force_n";
 
 /// Parameters of the tug.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -45,7 +48,12 @@ pub struct Tug {
 }
 
 impl Parameters for Tug {
-    fn build(&self, net: &Net, _target: Option<&Target>) -> Box<dyn Effect> {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.has_constraints = true;
+    }
+
+    fn build(&self, context: &BuildContext<'_>) -> Interaction {
+        let net = context.net;
         let centre = centre(net);
         let route = Route {
             nodes: vec![Node::Anchor, Node::Knot(centre)],
@@ -62,20 +70,26 @@ impl Parameters for Tug {
         };
         let distance = self.speed_m_s.map_or(0.0, |speed| 2.0 * speed.0 * self.time_s.0);
         let reach = distance.max(FAR * net.designed_area.sqrt());
-        Box::new(Active {
-            parameters: *self,
-            watch: Watch::new(self.start, net),
-            mechanism: Mechanism::new(vec![Line::new(&route, drive, 0.0)], None, &net.mass),
-            centre,
-            to_winch: reach * Vector3::from(self.direction).normalize(),
-            started: None,
-        })
+        let about = format!("a tether at the centre knot, {} N", self.force_n.0);
+        Interaction::new(
+            "tug",
+            about,
+            Tether {
+                parameters: *self,
+                trigger: TriggerWatch::new(self.start, net),
+                mechanism: Mechanism::new(vec![Line::new(&route, drive, 0.0)], None, &net.mass),
+                centre,
+                to_winch: reach * Vector3::from(self.direction).normalize(),
+                started: None,
+            },
+        )
     }
 }
 
-struct Active {
+/// The tether under way.
+struct Tether {
     parameters: Tug,
-    watch: Watch,
+    trigger: TriggerWatch,
     mechanism: Mechanism,
     centre: usize,
     /// From the centre knot to the winch at the start [m].
@@ -83,26 +97,24 @@ struct Active {
     started: Option<f64>,
 }
 
-impl Effect for Active {
-    fn name(&self) -> &'static str {
-        "tug"
-    }
-
-    fn installs(&self) -> String {
-        format!("a tether at the centre knot, {} N", self.parameters.force_n.0)
-    }
-
-    fn threads(&self) -> Option<&Mechanism> {
-        Some(&self.mechanism)
-    }
-
-    fn threads_mut(&mut self) -> Option<&mut Mechanism> {
+impl Effect for Tether {
+    fn constraint(&mut self) -> Option<&mut dyn SubstepConstraint> {
         Some(&mut self.mechanism)
     }
 
-    fn watch(&mut self, state: &State) {
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        Some(self)
+    }
+
+    fn output(&mut self) -> Option<&mut dyn Output> {
+        Some(self)
+    }
+}
+
+impl StepObserver for Tether {
+    fn start_of_step(&mut self, state: &State) {
         match self.started {
-            None if self.watch.fires(state) => {
+            None if self.trigger.fires(state) => {
                 self.mechanism.anchor(state.knots.position[self.centre] + self.to_winch);
                 self.mechanism.start(&state.knots);
                 self.started = Some(state.time);
@@ -112,19 +124,25 @@ impl Effect for Active {
         }
     }
 
-    fn account(&mut self, _before: &State, after: &State) -> EffectWork {
+    fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
         self.mechanism.account(&after.knots)
     }
+}
 
-    fn tug(&self) -> Option<[f64; 2]> {
-        self.started.map(|start| [start, start + self.parameters.time_s.0])
+impl Output for Tether {
+    fn columns(&self) -> Vec<String> {
+        vec![COLUMN.to_owned()]
     }
 
-    fn reading_names(&self) -> Vec<String> {
-        vec!["tug_force_n".to_owned()]
-    }
-
-    fn readings(&mut self, state: &State) -> Vec<f64> {
+    fn values(&mut self, state: &State) -> Vec<f64> {
         self.mechanism.read(&state.knots).map(|reading| reading.tension).collect()
+    }
+
+    fn report(&self, _end: &State) -> Report {
+        Report {
+            trial: self.started.map(|start| [start, start + self.parameters.time_s.0]),
+            curves: vec![("tug", "N", COLUMN)],
+            ..Report::default()
+        }
     }
 }

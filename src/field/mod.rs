@@ -34,6 +34,7 @@ pub mod profile;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::interaction::Half;
 use crate::state::{Body, EffectWork, State};
 
 /// What the frame does at any time.
@@ -65,15 +66,6 @@ pub struct Span {
     pub mean: Frame,
     /// Change of Ω from its start to its end [rad/s].
     pub rate_change: Vector3<f64>,
-}
-
-/// Which half of a kick: before the motion of a step, or after it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Half {
-    /// Euler's term first.
-    First,
-    /// Euler's term last.
-    Second,
 }
 
 /// Gravity in a frame.

@@ -56,9 +56,10 @@ impl Retention {
     pub fn of(case: &Case, run: &Run, curves: &Curves) -> Option<Retention> {
         let target = case.target.as_ref()?;
         let (rule, times) = (&case.scene.capture, &run.frames.time);
-        let tug = run.tug.and_then(|window| Trial::of(rule, times, curves, window));
+        let tug = run.reports.iter().find_map(|(_, report)| Trial::of(rule, times, curves, report.trial?));
         let rate = if target.motion == Motion::Fixed { 0.0 } else { target.spin.norm() };
-        let started = run.closing.as_ref().map_or(Some(0.0), |closing| closing.triggered);
+        let mut starts = run.reports.iter().filter_map(|(_, report)| report.start);
+        let started = starts.next().map_or(Some(0.0), |(_, start)| start);
         let closed = started.and_then(|start| {
             (0..times.len()).find(|&i| times[i] >= start && holds(rule, curves, i)).map(|i| times[i])
         });

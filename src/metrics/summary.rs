@@ -1,8 +1,9 @@
 //! The summary of a run: `summary.json`.
 
 use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::capture::{Capture, Curves};
 use super::conservation::Conservation;
@@ -115,8 +116,10 @@ pub struct ClosingSummary {
     /// Largest length of a thread beyond what was off its reels while its tension was below the
     /// limit, over its full length: an error of the method [-].
     pub max_excess: f64,
-    /// The same at the tension limit: knots that pulled harder dragged the thread out [-].
-    pub max_drag: f64,
+    /// The same at the tension limit: knots that pulled harder drew the thread out [-]; `max_drag` in older
+    /// summaries.
+    #[serde(alias = "max_drag")]
+    pub max_limit_overshoot: f64,
     /// Largest tension of a thread [N].
     pub max_tension_n: f64,
     /// Time at the tension limit [s].
@@ -202,8 +205,8 @@ impl Summary {
             }),
             capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
             target: target_summary(case, run),
-            closing: closing_summary(case, run, curves),
-            chaser: chaser_summary(case, run),
+            closing: block(run, "closing", &[("time_to_close_s", json!(time_to_close(case, run, curves)))]),
+            chaser: block(run, "chaser", &[]),
             retention: Retention::of(case, run, curves),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
@@ -292,36 +295,20 @@ fn target_summary(case: &Case, run: &Run) -> Option<TargetSummary> {
     })
 }
 
-fn closing_summary(case: &Case, run: &Run, curves: &Curves) -> Option<ClosingSummary> {
-    let report = run.closing.as_ref()?;
-    let closed = |start: f64| {
-        let mut mouths = run.frames.time.iter().zip(&curves.mouth);
-        let closed = mouths.find(|&(&t, &mouth)| t >= start && mouth <= case.scene.capture.mouth_max);
-        closed.map(|(t, _)| t - start)
-    };
-    Some(ClosingSummary {
-        triggered_s: report.triggered,
-        time_to_close_s: report.triggered.and_then(closed),
-        length_start_m: report.length_start,
-        length_end_m: report.length_end,
-        max_excess: report.excess,
-        max_drag: report.drag,
-        max_tension_n: report.tension,
-        time_at_limit_s: report.time_at_limit,
-        winch_work_j: report.work,
-        lost_j: report.loss,
-        latches: report.latches,
-    })
+/// The block that effect `name` brings, with what the summary adds to it.
+fn block<T: DeserializeOwned>(run: &Run, name: &str, more: &[(&str, Value)]) -> Option<T> {
+    let (_, report) = run.reports.iter().find(|(known, _)| *known == name)?;
+    let numbers = report.numbers.iter().chain(more);
+    let block = numbers.map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+    serde_json::from_value(Value::Object(block)).ok()
 }
 
-fn chaser_summary(case: &Case, run: &Run) -> Option<ChaserSummary> {
-    let (start, end) = (case.scene.effects.chaser?.recoiled(&case.net).body, run.chaser?.body);
-    Some(ChaserSummary {
-        recoil_m_s: start.velocity.into(),
-        recoil_rad_s: start.spin().into(),
-        displacement_m: (end.position - start.position).into(),
-        turned_rad: end.attitude.angle(),
-    })
+/// From the start of what closes the mouth until that was first below `capture.mouth_max` [s].
+fn time_to_close(case: &Case, run: &Run, curves: &Curves) -> Option<f64> {
+    let start = run.reports.iter().find_map(|(_, report)| report.start?.1)?;
+    let mut mouths = run.frames.time.iter().zip(&curves.mouth);
+    let closed = mouths.find(|&(&t, &mouth)| t >= start && mouth <= case.scene.capture.mouth_max);
+    closed.map(|(t, _)| t - start)
 }
 
 fn time_shares(run: &Run) -> std::collections::BTreeMap<String, f64> {

@@ -10,8 +10,8 @@ use ndarray_npy::NpzWriter;
 use super::files::{self, WriteError};
 use super::{replay, table};
 use crate::case::Case;
-use crate::effects::closing::THREAD_READINGS;
 use crate::geometry::Hull;
+use crate::interaction::DrawnThread;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
 use crate::run::Run;
@@ -222,24 +222,24 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
         ]);
     }
     shown.push(curve("largest tension", "N", &frames.tension, false));
-    let closing = closing(case, run);
+    let closing = closing(run);
     let limit = closing.as_ref().map_or(0.0, |closing| closing.limit_n);
     let threads = closing.iter().flat_map(|closing| &closing.threads);
     let mut pull = vec![0.0_f64; frames.time.len()]; // the most of any thread, over the limit
     for thread in threads {
         pull.iter_mut().zip(&thread.tension_n).for_each(|(most, tension)| *most = most.max(tension / limit));
     }
-    let winch_work = run.reading("winch_work_j");
     if closing.is_some() {
         shown.push(curve("pull of the threads", "", &pull, true));
-        shown.push(curve("winch work", "J", &winch_work, false));
     }
-    let tug = run.reading("tug_force_n");
-    if !tug.is_empty() {
-        shown.push(curve("tug", "N", &tug, false));
-    }
-    let start = closing.as_ref().and_then(|closing| closing.start_s);
-    let start = start.map(|time| (time, "winches start".to_owned()));
+    let reports = || run.reports.iter().map(|(_, report)| report);
+    let columns: Vec<_> = reports()
+        .flat_map(|report| &report.curves)
+        .map(|(name, unit, column)| (name, unit, run.reading(column)))
+        .collect();
+    shown.extend(columns.iter().map(|(name, unit, values)| curve(name, unit, values, false)));
+    let starts = reports().filter_map(|report| report.start);
+    let starts = starts.filter_map(|(what, time)| Some((time?, what.to_owned())));
     let first_contact = run.extremes.first_contact.map(|time| (time, "first contact".to_owned()));
     let captured = summary.capture.and_then(|capture| capture.captured_at_s);
     replay::html(&replay::Replay {
@@ -265,25 +265,24 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
         closing,
         marks: first_contact
             .into_iter()
-            .chain(start)
+            .chain(starts)
             .chain(captured.map(|time| (time, "captured".to_owned())))
             .collect(),
     })
 }
 
 /// Threads and winches, as the replay shows them.
-fn closing(case: &Case, run: &Run) -> Option<replay::Closing> {
-    let (report, parameters) = (run.closing.as_ref()?, case.scene.effects.closing?);
-    let thread = |(number, (way, &stop)): (usize, (&Vec<Option<usize>>, &f64))| {
-        let [length_m, off_reels_m, tension_n] =
-            THREAD_READINGS.map(|name| run.reading(&format!("thread_{}_{name}", number + 1)));
-        replay::Thread { way: way.clone(), stop_m: stop, length_m, off_reels_m, tension_n }
+fn closing(run: &Run) -> Option<replay::Closing> {
+    let (_, report) = run.reports.iter().find(|(_, report)| !report.threads.is_empty())?;
+    let thread = |drawn: &DrawnThread| {
+        let [length_m, off_reels_m, tension_n] = drawn.columns.each_ref().map(|name| run.reading(name));
+        replay::Thread { way: drawn.way.clone(), stop_m: drawn.stop, length_m, off_reels_m, tension_n }
     };
     Some(replay::Closing {
-        start_s: report.triggered,
-        limit_n: parameters.max_tension_n.0,
+        start_s: report.start.and_then(|(_, start)| start),
+        limit_n: report.threads[0].limit,
         anchor_m: [0.0; 3], // where a chaser that is held stays
-        threads: report.ways.iter().zip(&report.stops).enumerate().map(thread).collect(),
+        threads: report.threads.iter().map(thread).collect(),
     })
 }
 

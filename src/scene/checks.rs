@@ -2,14 +2,15 @@
 
 use super::estimate::{self, FRAME_KNOTS};
 use super::schema::Scene;
-use crate::case::{self, TimeStep};
 use crate::closing::trigger::Trigger;
 use crate::effects::chaser;
 use crate::limits::{Limit, Limits};
 use crate::metrics::summary::Summary;
 use crate::net::{Net, spec};
+use crate::options::TimeStep;
 use crate::problems::Problems;
 use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
+use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::stability::{self, RESOLVES};
 use crate::target::Target;
 use crate::target::spec::Motion;
@@ -153,17 +154,16 @@ fn check_parts(scene: &Scene, net: &Net, step: f64, problems: &mut Problems) {
     }
 }
 
-/// Checks what net and target allow the solver, which steps so.
+/// Checks what net and target allow the solver, which takes these `steps`.
 pub fn check_built(
     scene: &Scene,
-    net: &Net,
-    target: Option<&Target>,
-    time_step: TimeStep,
+    demands: &Demands<'_>,
+    steps: &StepLimits,
     limits: &Limits,
     problems: &mut Problems,
 ) {
-    let step = time_step.step;
-    let stable = case::stable_step(scene, net, target);
+    let Demands { net, target, .. } = *demands;
+    let (step, stable) = (steps.chosen.step, steps.stable);
     if let Some(given) = scene.solver.step_s.filter(|given| given.0 > stable) {
         problems.add(
             "solver.step_s",
@@ -181,11 +181,11 @@ pub fn check_built(
         );
     }
     // The step that was chosen, where the scene leaves it out.
-    let substeps = if scene.solver.cables == CableModel::Explicit { time_step.substeps } else { 1 };
+    let substeps = if scene.solver.cables == CableModel::Explicit { steps.chosen.substeps } else { 1 };
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     check_parts(scene, net, step, problems);
     check_ranges(net, target, problems);
-    check_estimate(scene, net, target, time_step, limits, problems);
+    check_estimate(scene, demands, steps.chosen, limits, problems);
     let Some(target) = target else { return };
     let turn = target.spin.norm() * step;
     if target.motion != Motion::Fixed && turn > MAX_TURN {
@@ -199,9 +199,9 @@ pub fn check_built(
         );
     }
     check_clear(net, target, problems);
-    let speed = case::fastest(scene, Some(target));
+    let speed = demands.fastest();
     // A hair above the limit is the rounding of a step that was chosen by it.
-    if step > case::thin_step(scene, Some(target)) * (1.0 + 1e-9) {
+    if step > demands.thin_step() * (1.0 + 1e-9) {
         problems.add(
             "solver.step_s",
             format!("{step}: at {speed:.3} m/s a knot moves {:.3e} m within it", speed * step),
@@ -243,13 +243,13 @@ fn check_ranges(net: &Net, target: Option<&Target>, problems: &mut Problems) {
 /// Checks what a run will take.
 fn check_estimate(
     scene: &Scene,
-    net: &Net,
-    target: Option<&Target>,
+    demands: &Demands<'_>,
     time_step: TimeStep,
     limits: &Limits,
     problems: &mut Problems,
 ) {
-    let memory = estimate::memory(scene, net, target, time_step);
+    let net = demands.net;
+    let memory = estimate::memory(scene, demands, time_step);
     let all: f64 = memory.iter().map(|(_, bytes)| bytes).sum();
     if limits.exceeded(Limit::Memory, all)
         && let Some((place, most)) = memory.iter().max_by(|one, other| one.1.total_cmp(&other.1))

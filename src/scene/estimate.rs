@@ -2,11 +2,12 @@
 //!
 //! Memory is measured, not derived: bytes a thing, of resident memory of the whole program (x86-64, release).
 
-use crate::case::{self, TimeStep};
 use crate::contact::pairs;
 use crate::net::Net;
 use crate::scene::schema::Scene;
+use crate::options::TimeStep;
 use crate::solver::{CableModel, ContactModel};
+use crate::step::limits::Demands;
 use crate::target::Target;
 use crate::target::parts::{ConvexPart, Primitive};
 
@@ -41,10 +42,10 @@ const CORNER: f64 = 1500.0;
 /// Memory that each place of a scene asks for [bytes].
 pub fn memory(
     scene: &Scene,
-    net: &Net,
-    target: Option<&Target>,
+    demands: &Demands<'_>,
     time_step: TimeStep,
 ) -> Vec<(&'static str, f64)> {
+    let Demands { net, target, .. } = *demands;
     let (n_knots, n_cables) = (net.n_knots() as f64, net.cables.len() as f64);
     let a_cable = match scene.solver.cables {
         CableModel::Joints => JOINT,
@@ -64,7 +65,7 @@ pub fn memory(
     all.push(("target.shape", target.parts.iter().map(a_part).sum()));
     // A detection sees as far as the reach, and as a snap may throw a knot within a step.
     let reach =
-        case::reach(scene, net, Some(target)) + 2.0 * time_step.step * case::fastest(scene, Some(target));
+        demands.contact_margin() + 2.0 * time_step.step * demands.fastest();
     let touching = TOUCHING * covering(target, reach);
     all.push(("net.meshes", touching * n_knots));
     if scene.solver.contact != ContactModel::Rapier {

@@ -166,18 +166,13 @@ impl World {
         }
     }
 
-    pub fn apply(&mut self, loads: &Forces) {
-        if loads.on_knots.is_empty() {
+    pub fn apply(&mut self, forces: &Forces) {
+        if forces.on_knots.is_empty() {
             return;
         }
         self.forces_act = true;
-        for (&handle, force) in self.knots.iter().zip(&loads.on_knots) {
+        for (&handle, force) in self.knots.iter().zip(&forces.on_knots) {
             self.physics.bodies[handle].add_force(engines(force), false);
-        }
-        if let Some(target) = &self.target {
-            let body = &mut self.physics.bodies[target.body];
-            body.add_force(engines(&loads.on_target), false);
-            body.add_torque(engines(&loads.torque_on_target), false);
         }
     }
 
@@ -211,11 +206,6 @@ impl World {
             // The engine keeps forces until they are taken back.
             for &handle in &self.knots {
                 self.physics.bodies[handle].reset_forces(false);
-            }
-            if let Some(target) = &self.target {
-                let body = &mut self.physics.bodies[target.body];
-                body.reset_forces(false);
-                body.reset_torques(false);
             }
             self.forces_act = false;
         }

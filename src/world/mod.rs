@@ -122,9 +122,9 @@ impl World {
         either!(Engine, &mut self.0, engine => engine.write_velocities(state));
     }
 
-    /// Applies the forces of effects over the next step; none where no effect applies any.
-    pub fn apply(&mut self, loads: &Forces) {
-        either!(Engine, &mut self.0, engine => engine.apply(loads));
+    /// Applies the forces on knots over the next step; none where no effect applies any.
+    pub fn apply(&mut self, forces: &Forces) {
+        either!(Engine, &mut self.0, engine => engine.apply(forces));
     }
 
     /// Whether net and target are out of reach of each other.

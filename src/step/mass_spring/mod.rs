@@ -6,24 +6,69 @@ pub mod stability;
 
 use nalgebra::Vector3;
 
-use crate::case::Case;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Cuts, Failure};
+use crate::interaction::Interactions;
 use crate::limits::Limit;
-use crate::options::BuildOptions;
+use crate::options::{BuildContext, TimeStep};
+use crate::solver::{Integrator, JOINTS_STEP, Solver};
 use crate::state::State;
-use crate::step::Pull;
+use crate::step::limits::{Demands, StepLimits};
+use crate::step::stepper::{Method, StepReport, Stepper, own_response};
 use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
 use kernel::ExplicitNet;
+use stability::{RESOLVES, SAFE, stable_step};
 
 /// Cables as an explicit net.
+pub struct Explicit;
+
+impl Method for Explicit {
+    fn limits(&self, demands: &Demands<'_>) -> StepLimits {
+        let stable = stable_step(demands.net).min(demands.stable_contact_step());
+        let takes_turns = demands.has_contact_force() || demands.has_constraints;
+        let safe = if takes_turns { RESOLVES } else { SAFE } * stable;
+        let substep = demands.solver.step_s.map_or(safe, |step| step.0);
+        // Contacts are found once a step: no knot may come from beyond the margin within it, nor
+        // one at twice the speed after a snap.
+        // Without a target there is nothing to find: a tenth of the steps sufficed for Table 3.2.
+        let found = demands.target.map_or(f64::INFINITY, |_| {
+            0.5 * demands.contact_margin() / demands.fastest().max(f64::MIN_POSITIVE)
+        });
+        let step = JOINTS_STEP.min(demands.sample).min(demands.thin_step()).min(found).max(substep);
+        let chosen = TimeStep { step, substeps: (step / substep).ceil().max(1.0) as u32 };
+        StepLimits { stable, safe, chosen }
+    }
+
+    fn acts_in_substeps(&self) -> bool {
+        true
+    }
+
+    /// A cable and sub-step is about a fiftieth of one of the engine.
+    fn price(&self, solver: &Solver, n_cables: usize, n_steps: f64, substeps: u32) -> f64 {
+        let stages = match solver.integrator {
+            Integrator::Symplectic => 1.0,
+            Integrator::Rk4 => 5.0,
+            Integrator::Located => 100.0,
+        };
+        n_cables as f64 * (0.02 * stages * n_steps * f64::from(substeps) + 0.1 * n_steps)
+    }
+
+    fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
+        Box::new(MassSpring {
+            watch: own_response(context),
+            ..MassSpring::new(context, context.time_step)
+        })
+    }
+}
+
+/// Cables as an explicit net, at work.
 pub struct MassSpring {
     net: ExplicitNet,
     motion: Option<RigidMotion>,
     watch: Option<Watch>,
-    /// Knots that effects may reach in this step, and whether one changed their velocity in this sub-step.
+    /// Knots that effects may change in this step, and whether one changed their velocity in this sub-step.
     reached: Vec<usize>,
     touched: Vec<bool>,
     substep: f64,
@@ -32,42 +77,54 @@ pub struct MassSpring {
 }
 
 impl MassSpring {
-    /// The method for `case`.
-    pub fn new(case: &Case, plan: &BuildOptions) -> MassSpring {
-        MassSpring {
-            watch: crate::step::watch(case, plan),
-            ..MassSpring::with_substeps(case, plan.step, plan.substeps)
-        }
-    }
-
     /// The explicit net that flies a run with joints until the boxes meet: no contact.
-    pub fn flight(case: &Case) -> MassSpring {
-        let n_substeps = (case.time_step.step / case.safe_substep()).ceil().max(1.0) as u32;
-        MassSpring::with_substeps(case, case.time_step.step, n_substeps)
+    pub fn flight(context: &BuildContext<'_>) -> MassSpring {
+        let step = context.time_step.step;
+        let substeps = (step / (SAFE * stable_step(context.net))).ceil().max(1.0) as u32;
+        MassSpring::new(context, TimeStep { step, substeps })
     }
 
-    fn with_substeps(case: &Case, step: f64, n_substeps: u32) -> MassSpring {
-        let solver = &case.scene.solver;
+    fn new(context: &BuildContext<'_>, time_step: TimeStep) -> MassSpring {
+        let BuildContext { net, target, solver, .. } = *context;
         MassSpring {
-            net: ExplicitNet::new(&case.net, solver.integrator, solver.tolerance_m.0),
-            motion: case.target.as_ref().map(RigidMotion::of),
+            net: ExplicitNet::new(net, solver.integrator, solver.tolerance_m.0),
+            motion: target.map(RigidMotion::of),
             watch: None,
             reached: Vec::new(),
-            touched: vec![false; case.net.n_knots()],
-            substep: step / f64::from(n_substeps),
-            n_substeps,
-            cuts: Cuts::new(case.limits.of(Limit::Cuts)),
+            touched: vec![false; net.n_knots()],
+            substep: time_step.step / f64::from(time_step.substeps),
+            n_substeps: time_step.substeps,
+            cuts: Cuts::new(context.limits.of(Limit::Cuts)),
         }
     }
 
-    /// One step from `before`.
-    pub fn advance(
+    /// Constraints and contacts of effects act sub-step by sub-step. As impulses of two sub-steps at a time
+    /// threads put 8 to 10 % of the launch energy into the cables, of ten 64 %; as forces held over ten they
+    /// turn with their segments too late, and a quarter of the angular momentum is lost.
+    fn interact(&mut self, state: &mut State, with: &mut Interactions) {
+        self.net.store_some(&mut state.knots, self.reached.iter().copied());
+        if with.constrain() {
+            with.solve_constraints(&mut state.knots, self.substep, &mut self.touched);
+        }
+        if with.touch() {
+            with.solve_contacts(&mut state.knots, &mut state.target, self.substep, &mut self.touched);
+        }
+        for &knot in &self.reached {
+            if std::mem::take(&mut self.touched[knot]) {
+                self.net.set_velocity(knot, &state.knots.velocity[knot]);
+            }
+        }
+    }
+}
+
+impl Stepper for MassSpring {
+    fn step(
         &mut self,
         before: &State,
         state: &mut State,
+        with: &mut Interactions,
         work: &mut Work,
-        pull: &mut dyn Pull,
-    ) -> Result<(), Failure> {
+    ) -> Result<StepReport, Failure> {
         let mut clock = Clock::start();
         let step = self.substep * f64::from(self.n_substeps);
         if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
@@ -75,20 +132,20 @@ impl MassSpring {
         }
         clock.lap(&mut work.stages.contact);
 
-        if pull.presses() {
+        if with.touch() {
             self.reached.clear();
             self.reached.extend(0..state.knots.position.len());
         } else {
-            pull.reach(&mut self.reached);
+            with.constrained_knots(&mut self.reached);
         }
-        self.net.load(&state.knots, &state.loads.on_knots);
+        self.net.load(&state.knots, &state.forces.on_knots);
         // One more than may be: those end it.
         let tried = self.net.tried();
         self.net.allow(self.cuts.begin().saturating_add(1));
         for _ in 0..self.n_substeps {
             self.net.kick(self.substep);
             if !self.reached.is_empty() {
-                self.pull(state, pull);
+                self.interact(state, with);
             }
             if let Some(body) = &mut state.target {
                 if let Some(watch) = &mut self.watch {
@@ -110,32 +167,14 @@ impl MassSpring {
             watch.report(&before.knots, &state.knots, &mut state.contacts);
             work.detections = watch.n_detections;
         }
-        pull.report(&before.knots, &state.knots, &mut state.contacts);
+        with.report_contacts(&before.knots, &state.knots, &mut state.contacts);
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
-        Ok(())
+        Ok(StepReport::default())
     }
 
-    /// Threads pull and contacts press sub-step by sub-step. As impulses of two sub-steps at a time threads
-    /// put 8 to 10 % of the launch energy into the cables, of ten 64 %; as forces held over ten they turn with
-    /// their segments too late, and a quarter of the angular momentum is lost.
-    fn pull(&mut self, state: &mut State, pull: &mut dyn Pull) {
-        self.net.store_some(&mut state.knots, self.reached.iter().copied());
-        if pull.pulls() {
-            pull.pull(&mut state.knots, self.substep, &mut self.touched);
-        }
-        if pull.presses() {
-            pull.press(&mut state.knots, &mut state.target, self.substep, &mut self.touched);
-        }
-        for &knot in &self.reached {
-            if std::mem::take(&mut self.touched[knot]) {
-                self.net.set_velocity(knot, &state.knots.velocity[knot]);
-            }
-        }
-    }
-
-    /// What the engine consists of: no body, no joint, and colliders where there is a target.
-    pub fn census(&self) -> Census {
+    /// No body, no joint, and colliders where there is a target.
+    fn census(&self) -> Census {
         Census { colliders: self.watch.as_ref().map_or(0, Watch::n_colliders), ..Census::default() }
     }
 }

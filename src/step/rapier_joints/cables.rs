@@ -33,7 +33,7 @@ const REST_MARGIN: f64 = 3.0;
 const RESOLVED: f64 = 30.0;
 
 /// The cables of a net as joints of the world.
-pub struct Joints {
+pub struct CableJoints {
     cables: Vec<Cable>,
     inverse_mass: Vec<f64>,
     snaps: Vec<Snap>,
@@ -60,7 +60,7 @@ struct Snap {
     tension_per_speed: f64,
 }
 
-impl Joints {
+impl CableJoints {
     /// Energy that knots and cables hold [J].
     pub fn energy(&self, knots: &Knots) -> f64 {
         let moving = self.inverse_mass.iter().zip(&knots.velocity);
@@ -70,7 +70,7 @@ impl Joints {
     }
 
     /// Ties the cables of `net` in `world`, with `passes` over the snaps.
-    pub fn install(net: &Net, passes: u32, world: &mut World) -> Joints {
+    pub fn install(net: &Net, passes: u32, world: &mut World) -> CableJoints {
         for cable in &net.cables {
             let frequency = cable.natural_frequency() / std::f64::consts::TAU;
             world.tie([cable.a, cable.b], cable.rest_length, frequency, cable.damping_ratio());
@@ -84,7 +84,7 @@ impl Joints {
                 tension_per_speed: cable.stiffness * cable.snap_stretch(1.0),
             })
             .collect();
-        Joints {
+        CableJoints {
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             snaps,
             acting: vec![true; net.cables.len()],

@@ -4,50 +4,91 @@ pub mod cables;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::case::Case;
 use crate::contact::rapier::Rapier;
 use crate::contact::watch::{Movable, Watch};
 use crate::failure::{self, Cuts, Failure};
+use crate::interaction::Interactions;
 use crate::limits::Limit;
-use crate::options::BuildOptions;
-use crate::solver::{ContactModel, Flight};
+use crate::options::{BuildContext, TimeStep};
+use crate::solver::{ContactModel, Flight, JOINTS_STEP, Solver};
 use crate::state::{Body, Knots, State};
-use crate::step::Pull;
 use crate::step::adaptive::AdaptiveSubstep;
 use crate::step::iterations::SolverIterations;
+use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::MassSpring;
+use crate::step::mass_spring::stability::{RESOLVES, SAFE, stable_step};
+use crate::step::stepper::{Method, StepReport, Stepper, own_response};
+use crate::target::{Motion, Target};
 use crate::work::{Clock, Work};
-use crate::world::{Census, World};
-use cables::Joints;
+use crate::world::{Census, Setup, World};
+use cables::CableJoints;
 
 /// Cables as joints of the engine.
+pub struct Joints;
+
+impl Method for Joints {
+    fn limits(&self, demands: &Demands<'_>) -> StepLimits {
+        let Demands { solver, net, .. } = *demands;
+        let stable = demands.stable_contact_step();
+        let takes_turns = demands.has_contact_force() || demands.has_constraints;
+        let safe = if takes_turns { RESOLVES } else { SAFE } * stable;
+        let step = match solver.step_s {
+            Some(step) => step.0,
+            None if solver.contact == ContactModel::Rapier => JOINTS_STEP.min(demands.thin_step()),
+            // The engine's cables and a response of our own take turns, so neither feels the other
+            // within a step: a knot that contact holds lets its neighbour stretch the cable. Energy
+            // gained on the free-floating Cubesat, over the launch energy: 3 at 0.5 ms, 0.2 at 0.2 ms,
+            // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables.
+            None => JOINTS_STEP.min(demands.thin_step()).min(safe).min(RESOLVES * stable_step(net)),
+        };
+        StepLimits { stable, safe, chosen: TimeStep { step, substeps: solver.substeps } }
+    }
+
+    fn acts_in_substeps(&self) -> bool {
+        false
+    }
+
+    fn price(&self, _solver: &Solver, n_cables: usize, n_steps: f64, substeps: u32) -> f64 {
+        n_cables as f64 * (0.5 * n_steps + 0.5 * n_steps * f64::from(substeps))
+    }
+
+    fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
+        Box::new(RapierJoints::new(context))
+    }
+}
+
+/// Cables as joints of the engine, at work.
 pub struct RapierJoints {
-    /// SolverIterations over all rows in a sub-step.
-    pub iterations: SolverIterations,
+    /// Iterations over all rows in a sub-step.
+    iterations: SolverIterations,
     world: World,
-    cables: Joints,
+    cables: CableJoints,
     /// The engine's answer to contacts, or one of ours; neither without a target.
     rapier: Option<Rapier>,
     watch: Option<Watch>,
     /// The explicit net that flies until the boxes meet.
     flight: Option<MassSpring>,
     inverse_mass: Vec<f64>,
-    /// Parts of a step.
+    target: Option<Target>,
+    launch_energy: f64,
+    /// Into how many parts a step is cut.
     substep: AdaptiveSubstep,
     cuts: Cuts,
-    pressed: Pressed,
+    answered: Answered,
+    /// Work of constraints, forces and contacts of effects within the step, on net and target [J].
+    work_of_effects: f64,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
     /// Knots whose velocity an effect changed, and the velocities before [m/s].
     touched: Vec<bool>,
-    unpulled: Vec<Vector3<f64>>,
+    unconstrained: Vec<Vector3<f64>>,
     step: f64,
     substeps: u32,
 }
 
 /// What contacts of effects changed in a step.
 #[derive(Default)]
-struct Pressed {
+struct Answered {
     is_known: bool,
     /// Knot and change of velocity [m/s].
     knots: Vec<(usize, Vector3<f64>)>,
@@ -56,89 +97,98 @@ struct Pressed {
 }
 
 impl RapierJoints {
-    /// The method for `case`.
-    pub fn new(case: &Case, plan: &BuildOptions) -> RapierJoints {
-        let mut world = World::new(&case.net, case.target.as_ref(), &plan.setup());
+    fn new(context: &BuildContext<'_>) -> RapierJoints {
+        let BuildContext { net, target, solver, time_step, options, .. } = *context;
+        let by_engine = solver.contact == ContactModel::Rapier;
+        let setup = Setup {
+            step: time_step.step,
+            substeps: time_step.substeps,
+            friction: options.friction,
+            has_contacts: by_engine,
+            precision: solver.precision,
+        };
+        let mut world = World::new(net, target, &setup);
         RapierJoints {
-            iterations: SolverIterations::new(case.scene.solver.sweeps, case.scene.solver.sweeps_max),
-            cables: Joints::install(&case.net, case.scene.solver.snap_passes, &mut world),
-            rapier: engine_contact(case, plan),
-            watch: crate::step::watch(case, plan),
-            flight: (case.scene.solver.flight == Flight::Explicit).then(|| MassSpring::flight(case)),
-            inverse_mass: case.net.mass.iter().map(|mass| 1.0 / mass).collect(),
-            substep: AdaptiveSubstep::new(most_parts(case, plan)),
-            cuts: Cuts::new(case.limits.of(Limit::Cuts)),
-            pressed: Pressed::default(),
+            iterations: SolverIterations::new(solver.sweeps, solver.sweeps_max),
+            cables: CableJoints::install(net, solver.snap_passes, &mut world),
+            rapier: target.filter(|_| by_engine).map(|target| Rapier::new(net, target, solver.restitution)),
+            watch: own_response(context),
+            flight: (solver.flight == Flight::Explicit).then(|| MassSpring::flight(context)),
+            inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
+            target: target.cloned(),
+            launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
+            substep: AdaptiveSubstep::new(most_parts(context)),
+            answered: Answered::default(),
+            work_of_effects: 0.0,
+            cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
-            touched: vec![false; case.net.n_knots()],
-            unpulled: Vec::new(),
-            step: plan.step,
-            substeps: plan.substeps,
+            touched: vec![false; net.n_knots()],
+            unconstrained: Vec::new(),
+            step: time_step.step,
+            substeps: time_step.substeps,
             world,
         }
     }
 
-    /// One step.
-    pub fn advance(
+    /// Kinetic energy of a free target [J].
+    fn energy_of(&self, target: &Option<Body>) -> f64 {
+        match (&self.target, target) {
+            (Some(target), Some(body)) if target.motion == Motion::Free => {
+                body.kinetic_energy(target.mass, &target.inertia)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Energy that net and target gained in the step beyond what was put in [J]; `start`: what both had.
+    ///
+    /// What contact takes along its normals counts as lost, what friction takes does not: it is an effect,
+    /// and meant to take it.
+    fn energy_error(&self, start: f64, state: &State) -> f64 {
+        let mut gain = self.cables.energy(&state.knots) + self.energy_of(&state.target) - start;
+        gain -= self.work_of_effects;
+        let is_held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
+        for contact in state.contacts.iter().filter(|contact| contact.along.is_none()) {
+            gain += contact.friction_loss;
+            if is_held {
+                // The work of the moving surface comes from what drives it.
+                gain -= contact.work_on_knot + contact.loss + contact.friction_loss;
+            }
+        }
+        gain
+    }
+
+    /// The step in so many parts that cables make no energy and constraints hold; how often it was cut.
+    fn cut_as_needed(
         &mut self,
         before: &State,
         state: &mut State,
+        with: &mut Interactions,
         work: &mut Work,
-        pull: &mut dyn Pull,
-    ) -> Result<(), Failure> {
-        if let Some(flight) = &mut self.flight {
-            if self.world.apart(state) {
-                return flight.advance(before, state, work, pull);
-            }
-            // The engine takes over what the explicit net has flown to.
-            self.world.write(state);
-            self.flight = None;
-        }
-        let mut clock = Clock::start();
-
-        if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
-            watch.look(state, body, self.step);
-        }
-        clock.lap(&mut work.stages.contact);
-
+        clock: &mut Clock,
+    ) -> Result<u32, Failure> {
         self.starts[0].clone_from(state);
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
-        self.pressed.is_known = false;
+        self.answered.is_known = false;
         let may_cut = self.substep.may_cut();
         if may_cut {
-            pull.keep();
+            with.checkpoint();
         }
         self.cuts.begin();
+        let mut cuts = 0;
         loop {
             self.cuts.count(u64::from(self.substep.now()), state.time)?;
-            let gain = self.in_parts(before, state, work, pull, &mut clock)? - energy;
-            let overran = may_cut && pull.overran(&state.knots);
-            if self.substep.accept(gain, energy + gain, overran) {
-                break;
+            let gain = self.in_parts(before, state, with, work, clock)? - energy;
+            let violated = may_cut && with.violated(&state.knots);
+            if self.substep.accept(gain, energy + gain, violated) {
+                return Ok(cuts);
             }
             // Cables made energy, or threads are too long: back to the start, and on in more parts.
             state.clone_from(&self.starts[0]);
             self.world.write(state);
-            pull.take_back();
-        }
-        if let Some(watch) = &mut self.watch {
-            answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
-            failure::check(state, "contact")?;
-            clock.lap(&mut work.stages.contact);
-            self.cables.observe(state);
-            clock.lap(&mut work.stages.cables);
-        }
-        pull.report(&before.knots, &state.knots, &mut state.contacts);
-        self.count(work);
-        Ok(())
-    }
-
-    /// Takes over velocities that effects changed since the last step.
-    pub fn take_velocities(&mut self, state: &State) {
-        // Until the boxes meet the explicit net flies, and the engine takes over what it has flown to.
-        if self.flight.is_none() {
-            self.world.write_velocities(state);
+            with.rollback();
+            cuts += 1;
         }
     }
 
@@ -148,13 +198,14 @@ impl RapierJoints {
         &mut self,
         before: &State,
         state: &mut State,
+        with: &mut Interactions,
         work: &mut Work,
-        pull: &mut dyn Pull,
         clock: &mut Clock,
     ) -> Result<f64, Failure> {
         let n_parts = self.substep.now();
         let step = self.step / f64::from(n_parts);
         let mut put_in = 0.0;
+        self.work_of_effects = 0.0;
         state.contacts.clear();
         state.tension.fill(0.0);
         for part in 0..n_parts {
@@ -164,22 +215,28 @@ impl RapierJoints {
                 self.starts[1].clone_from(state);
             }
             // Threads last before the world moves: nothing but its rows then spoils their length.
-            if pull.pulls() {
-                put_in += self.pull(state, step, pull);
+            if with.constrain() {
+                let work = self.constrain(state, step, with);
+                put_in += work;
+                self.work_of_effects += work;
             }
-            if part == 0 && pull.presses() {
-                put_in += self.press(state, pull);
-                if self.pressed.target.is_some() {
-                    // What the engine's contacts do to the target begins after that.
-                    self.starts[1].clone_from(before);
-                    self.starts[1].target = state.target;
-                }
+            if part == 0 && with.touch() {
+                let energy = self.energy_of(&state.target);
+                let work = self.answer_contacts(state, with);
+                put_in += work;
+                self.work_of_effects += work + self.energy_of(&state.target) - energy;
+            }
+            let is_pushed = part == 0 && state.target != before.target;
+            if is_pushed {
+                // What the engine's contacts do to the target begins after what effects did to it.
+                self.starts[1].clone_from(before);
+                self.starts[1].target = state.target;
             }
             failure::check(state, "cables")?;
             clock.lap(&mut work.stages.cables);
 
             // Detection, contact rows, cable rows and motion, sub-step by sub-step.
-            self.world.apply(&state.loads);
+            self.world.apply(&state.forces);
             self.world.advance(state, step, self.iterations.now());
             work.substeps += u64::from(self.substeps);
             work.sweeps += u64::from(self.iterations.now() * self.substeps);
@@ -189,7 +246,7 @@ impl RapierJoints {
 
             if let Some(rapier) = &mut self.rapier {
                 let n_before = state.contacts.len();
-                let is_before = part == 0 && self.pressed.target.is_none();
+                let is_before = part == 0 && !is_pushed;
                 let start = if is_before { before } else { &self.starts[1] };
                 rapier.observe(&mut self.world, start, state, step);
                 put_in += state.contacts[n_before..].iter().map(|contact| contact.work_on_knot).sum::<f64>();
@@ -202,19 +259,21 @@ impl RapierJoints {
             }
         }
         let moved = before.knots.position.iter().zip(&state.knots.position);
-        let loads = state.loads.on_knots.iter().zip(moved);
-        put_in += loads.map(|(force, (from, to))| force.dot(&(to - from))).sum::<f64>();
+        let loads = state.forces.on_knots.iter().zip(moved);
+        let by_forces = loads.map(|(force, (from, to))| force.dot(&(to - from))).sum::<f64>();
+        put_in += by_forces;
+        self.work_of_effects += by_forces;
         Ok(self.cables.energy(&state.knots) - put_in)
     }
 
-    /// Threads pull in every part. Their work [J].
-    fn pull(&mut self, state: &mut State, step: f64, pull: &mut dyn Pull) -> f64 {
-        self.unpulled.clone_from(&state.knots.velocity);
-        pull.pull(&mut state.knots, step, &mut self.touched);
+    /// Constraints act in every part. Their work [J].
+    fn constrain(&mut self, state: &mut State, step: f64, with: &mut Interactions) -> f64 {
+        self.unconstrained.clone_from(&state.knots.velocity);
+        with.solve_constraints(&mut state.knots, step, &mut self.touched);
         let mut work = 0.0;
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
-                let (old, new) = (&self.unpulled[knot], &state.knots.velocity[knot]);
+                let (old, new) = (&self.unconstrained[knot], &state.knots.velocity[knot]);
                 work += 0.5 * (new - old).dot(&(old + new)) / self.inverse_mass[knot];
                 self.world.set_velocity(knot, new);
             }
@@ -222,21 +281,22 @@ impl RapierJoints {
         work
     }
 
-    /// Contacts of effects press once a step: when it is done again, by as much. Their work [J].
-    fn press(&mut self, state: &mut State, pull: &mut dyn Pull) -> f64 {
-        if !self.pressed.is_known {
+    /// Contacts of effects are answered once a step: when it is done again, by as much. Their work on the
+    /// net [J].
+    fn answer_contacts(&mut self, state: &mut State, with: &mut Interactions) -> f64 {
+        if !self.answered.is_known {
             // No part has begun: the memory of its start is free.
             let (knots, mut target) = (&mut self.starts[1].knots, state.target);
             knots.clone_from(&state.knots);
-            pull.press(knots, &mut target, self.step, &mut self.touched);
-            self.pressed.is_known = true;
-            self.pressed.knots.clear();
+            with.solve_contacts(knots, &mut target, self.step, &mut self.touched);
+            self.answered.is_known = true;
+            self.answered.knots.clear();
             for (knot, touched) in self.touched.iter_mut().enumerate() {
                 if std::mem::take(touched) {
-                    self.pressed.knots.push((knot, knots.velocity[knot] - state.knots.velocity[knot]));
+                    self.answered.knots.push((knot, knots.velocity[knot] - state.knots.velocity[knot]));
                 }
             }
-            self.pressed.target = match (state.target, target) {
+            self.answered.target = match (state.target, target) {
                 (Some(old), Some(new)) if old != new => {
                     Some((new.velocity - old.velocity, new.rate - old.rate))
                 }
@@ -244,18 +304,31 @@ impl RapierJoints {
             };
         }
         let mut work = 0.0;
-        for &(knot, change) in &self.pressed.knots {
+        for &(knot, change) in &self.answered.knots {
             let velocity = &mut state.knots.velocity[knot];
             work += change.dot(&(*velocity + 0.5 * change)) / self.inverse_mass[knot];
             *velocity += change;
             self.world.set_velocity(knot, velocity);
         }
-        if let (Some(body), Some((velocity, rate))) = (&mut state.target, self.pressed.target) {
+        if let (Some(body), Some((velocity, rate))) = (&mut state.target, self.answered.target) {
             body.velocity += velocity;
             body.rate += rate;
             self.world.set_target(body);
         }
         work
+    }
+
+    /// Whether the explicit net flies on; the engine takes over what it has flown to.
+    fn flies(&mut self, state: &State) -> bool {
+        if self.flight.is_none() {
+            return false;
+        }
+        let flies = self.world.apart(state);
+        if !flies {
+            self.world.write(state);
+            self.flight = None;
+        }
+        flies
     }
 
     fn check_world(&self, state: &State) -> Result<(), Failure> {
@@ -272,28 +345,67 @@ impl RapierJoints {
         work.cable_rows = self.cables.n_rows;
         work.snaps = self.cables.n_snaps;
     }
+}
 
-    /// What the engine consists of.
-    pub fn census(&self) -> Census {
+impl Stepper for RapierJoints {
+    fn step(
+        &mut self,
+        before: &State,
+        state: &mut State,
+        with: &mut Interactions,
+        work: &mut Work,
+    ) -> Result<StepReport, Failure> {
+        let start = self.cables.energy(&state.knots) + self.energy_of(&state.target);
+        let mut cuts = 0;
+        if self.flies(state) {
+            self.work_of_effects = 0.0;
+            if let Some(flight) = &mut self.flight {
+                flight.step(before, state, with, work)?;
+            }
+        } else {
+            let mut clock = Clock::start();
+            if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
+                watch.look(state, body, self.step);
+            }
+            clock.lap(&mut work.stages.contact);
+            cuts = self.cut_as_needed(before, state, with, work, &mut clock)?;
+            if let Some(watch) = &mut self.watch {
+                answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
+                failure::check(state, "contact")?;
+                clock.lap(&mut work.stages.contact);
+                self.cables.observe(state);
+                clock.lap(&mut work.stages.cables);
+            }
+            with.report_contacts(&before.knots, &state.knots, &mut state.contacts);
+            self.count(work);
+        }
+        let energy_error = self.energy_error(start, state);
+        self.iterations.adapt(energy_error / self.launch_energy);
+        Ok(StepReport { energy_error: Some(energy_error), cuts })
+    }
+
+    fn take_velocities(&mut self, state: &State) {
+        // Until the boxes meet the explicit net flies, and the engine takes over what it has flown to.
+        if self.flight.is_none() {
+            self.world.write_velocities(state);
+        }
+    }
+
+    fn census(&self) -> Census {
         let mut census = self.world.census();
         census.colliders += self.watch.as_ref().map_or(0, Watch::n_colliders);
         census
     }
 }
 
-/// The engine's answer to contacts, where the case asks for it.
-fn engine_contact(case: &Case, plan: &BuildOptions) -> Option<Rapier> {
-    let target = case.target.as_ref().filter(|_| plan.contact_by_engine)?;
-    Some(Rapier::new(&case.net, target, plan.restitution))
-}
-
 /// Parts as short as the sub-steps of an explicit net. A response of our own acts once a step, so a
 /// step with it and a target has one part.
-fn most_parts(case: &Case, plan: &BuildOptions) -> u32 {
-    if case.target.is_some() && case.scene.solver.contact != ContactModel::Rapier {
+fn most_parts(context: &BuildContext<'_>) -> u32 {
+    if context.target.is_some() && context.solver.contact != ContactModel::Rapier {
         return 1;
     }
-    (plan.step / case.resolving_step()).ceil().clamp(1.0, 4096.0) as u32
+    let resolving = RESOLVES * stable_step(context.net);
+    (context.time_step.step / resolving).ceil().clamp(1.0, 4096.0) as u32
 }
 
 /// Contacts answered after the engine has moved net and target without them: the impulse acts at

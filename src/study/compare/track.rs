@@ -7,7 +7,6 @@ use statrs::statistics::{Data, Median};
 
 use super::difference::Path;
 use crate::case::Case;
-use crate::effects::closing::THREAD_READINGS;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
 use crate::run::Run;
@@ -62,17 +61,16 @@ pub struct Threads {
 
 impl Threads {
     fn of(run: &Run) -> Threads {
-        let n_threads = run.closing.as_ref().map_or(0, |report| report.ways.len());
-        let over = |reading: &str, join: fn(f64, f64) -> f64| {
-            let threads = (1..=n_threads).map(|n| run.reading(&format!("thread_{n}_{reading}")));
+        let threads = || run.reports.iter().flat_map(|(_, report)| &report.threads);
+        let over = |column: usize, join: fn(f64, f64) -> f64| {
+            let threads = threads().map(|thread| run.reading(&thread.columns[column]));
             threads
                 .reduce(|sum, one| sum.iter().zip(one).map(|(a, b)| join(*a, b)).collect())
                 .unwrap_or_default()
         };
-        let [_, off_reels, tension] = THREAD_READINGS;
         Threads {
-            off_reels_m: over(off_reels, |a, b| a + b),
-            tension_n: over(tension, f64::max),
+            off_reels_m: over(1, |a, b| a + b),
+            tension_n: over(2, f64::max),
             work_j: run.reading("winch_work_j"),
         }
     }

@@ -10,9 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use super::dials::{Kind, explicit_changes, two_digits};
 use super::{Measured, Study};
-use crate::case::{self, Case};
+use crate::case::Case;
 use crate::provenance::Provenance;
-use crate::solver::{CableModel, ContactModel, Integrator};
+use crate::solver::{ContactModel, Integrator, Solver};
+use crate::step;
+use crate::step::limits::Demands;
 use crate::step::mass_spring::stability::stable_step;
 
 /// The table that travels inside the program.
@@ -210,9 +212,10 @@ impl Entry {
     fn changes(&self, case: &Case) -> Vec<String> {
         if self.family == "explicit, symplectic" {
             // A stiff penalty may need a shorter step than the cables do.
-            let mut scene = case.scene.clone();
-            scene.solver.cables = CableModel::Explicit;
-            let safe = case::safe_step(&scene, &case.net, case.target.as_ref());
+            let solver = &case.scene.solver;
+            let explicit = Solver { contact: solver.contact, ..solver.with_pair("explicit+impulse") };
+            let demands = Demands { solver: &explicit, ..case.demands() };
+            let safe = step::method(&explicit).limits(&demands).safe;
             let wanted = self.value * stable_step(&case.net);
             let step = two_digits(if wanted > safe && case.target.is_some() { safe } else { wanted });
             let mut changes = explicit_changes(Integrator::Symplectic, step);

@@ -11,7 +11,7 @@ use super::timing::{Cost, timed};
 use super::{Measured, Store, front_of, knot_radius};
 use crate::case::Case;
 use crate::problems::Problem;
-use crate::solver::{CableModel, Integrator};
+use crate::step;
 
 /// Most repeats of a setting.
 const REPEATS: usize = 9;
@@ -184,19 +184,6 @@ impl Measured {
 
 /// Work of a run in units that are about alike, for guesses of its time only.
 pub fn units(case: &Case) -> f64 {
-    let n_steps = case.n_steps() as f64;
-    let n_substeps = n_steps * f64::from(case.time_step.substeps);
-    let n_cables = case.net.cables.len() as f64;
-    match case.scene.solver.cables {
-        // A cable and sub-step of the explicit net is about a fiftieth of one of the engine.
-        CableModel::Explicit => {
-            let stages = match case.scene.solver.integrator {
-                Integrator::Symplectic => 1.0,
-                Integrator::Rk4 => 5.0,
-                Integrator::Located => 100.0,
-            };
-            n_cables * (0.02 * stages * n_substeps + 0.1 * n_steps)
-        }
-        _ => n_cables * (0.5 * n_steps + 0.5 * n_substeps),
-    }
+    let (solver, n_steps) = (&case.scene.solver, case.n_steps() as f64);
+    step::method(solver).price(solver, case.net.cables.len(), n_steps, case.time_step.substeps)
 }

@@ -13,7 +13,7 @@ use crate::case::Case;
 use crate::problems::Problems;
 use crate::read;
 use crate::scene::Source;
-use crate::solver::{CableModel, ContactModel, Integrator, JOINTS_STEP, Precision};
+use crate::solver::{CableModel, ContactModel, Integrator, JOINTS_STEP, PAIRS, Precision};
 use crate::step::mass_spring::stability::stable_step;
 
 /// Steps of the engine that are tried [s].
@@ -199,7 +199,7 @@ fn located(dials: &mut Dials<'_>, base: &Case) {
 
 /// Cable models that this file does not know by name.
 fn others(dials: &mut Dials<'_>) {
-    let known = [CableModel::Joints, CableModel::Explicit].map(name);
+    let known = PAIRS.map(|(cables, ..)| name(cables));
     for cables in names::<CableModel>().into_iter().filter(|cables| !known.contains(cables)) {
         let changes = [format!("solver.cables={cables}"), "solver.contact=impulse".to_owned()];
         dials.add(Kind::Method, "other cables", cables, None, &changes);
@@ -211,7 +211,9 @@ fn contacts(dials: &mut Dials<'_>, base: &Case) {
         let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
         dials.add(Kind::Contact, "contact", label.to_owned(), None, &changes);
     };
-    for cables in [CableModel::Joints, CableModel::Explicit].map(name) {
+    let mut known = PAIRS.map(|(cables, ..)| name(cables)).to_vec();
+    known.dedup();
+    for cables in known {
         for contact in [ContactModel::Rapier, ContactModel::Impulse, ContactModel::Penalty].map(name) {
             let [cables, contact] = [format!("solver.cables={cables}"), format!("solver.contact={contact}")];
             let label = format!("{}+{}", &cables[14..], &contact[15..]);
@@ -220,7 +222,7 @@ fn contacts(dials: &mut Dials<'_>, base: &Case) {
     }
     // The interval of detection follows from how far off a knot is watched.
     for (name, factor) in [("a quarter of", 0.25), ("four times", 4.0)] {
-        let reach = format!("solver.reach_m={:e}", two_digits(factor * base.reach()));
+        let reach = format!("solver.reach_m={:e}", two_digits(factor * base.demands().contact_margin()));
         let changes = ["solver.cables=explicit", "solver.contact=impulse", "solver.step_s=null", &reach];
         add(&format!("explicit+impulse, {name} the reach"), &changes);
     }

@@ -11,10 +11,11 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::case::{Case, TimeStep};
+use crate::case::Case;
 use crate::net::Net;
+use crate::options::TimeStep;
 use crate::run::Run;
-use crate::solver::{CableModel, ContactModel, Flight, JOINTS_STEP};
+use crate::solver::{Flight, JOINTS_STEP, Solver};
 use crate::step::mass_spring::stability::stable_step;
 
 /// Factors on the stiffness.
@@ -58,9 +59,9 @@ pub fn maps(base: &Case, opened_s: f64, deadline: Instant) -> Vec<Map> {
     let stable = stable_step(&free.net);
     let explicit = |share: f64| {
         let step = share * stable;
-        (step, with_method(&free, CableModel::Explicit, step))
+        (step, with_method(&free, "explicit+impulse", step))
     };
-    let joints = |step: f64| (step, with_method(&free, CableModel::Joints, step));
+    let joints = |step: f64| (step, with_method(&free, "joints+rapier", step));
     let limit = STIFFNESS.map(|factor| (factor, stable_step(&stiffened(&free.net, factor))));
     [
         ("explicit, symplectic", SHARES.map(explicit).to_vec(), limit.to_vec()),
@@ -94,21 +95,15 @@ fn free_flight(base: &Case, duration: f64) -> Case {
     case
 }
 
-fn with_method(free: &Case, cables: CableModel, step: f64) -> Case {
+fn with_method(free: &Case, pair: &str, step: f64) -> Case {
     let mut case = free.clone();
-    case.scene.solver.cables = cables;
-    case.scene.solver.flight = Flight::Cables;
-    case.scene.solver.contact = match cables {
-        CableModel::Joints => ContactModel::Rapier,
-        _ => ContactModel::Impulse,
-    };
-    case.time_step = match cables {
+    case.scene.solver = Solver { flight: Flight::Cables, ..case.scene.solver.with_pair(pair) };
+    case.time_step = if crate::step::method(&case.scene.solver).acts_in_substeps() {
         // Many sub-steps to a step: energy need not be looked at after each.
-        CableModel::Explicit => {
-            let substeps = (JOINTS_STEP / step).ceil().max(1.0);
-            TimeStep { step: substeps * step, substeps: substeps as u32 }
-        }
-        _ => TimeStep { step, substeps: 1 },
+        let substeps = (JOINTS_STEP / step).ceil().max(1.0);
+        TimeStep { step: substeps * step, substeps: substeps as u32 }
+    } else {
+        TimeStep { step, substeps: 1 }
     };
     case
 }

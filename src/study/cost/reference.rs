@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use super::dials::explicit_changes;
 use crate::case::Case;
+use crate::interaction::Interactions;
 use crate::metrics::deployment::Deployment;
 use crate::run::Run;
 use crate::scene::Source;
@@ -151,10 +152,7 @@ pub struct Request {
 /// Nothing when no two runs of one integrator reached two frames in time.
 pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
     let started = Instant::now();
-    let effects = base.scene.effects.build(&base.net, base.target.as_ref());
-    let quiet = !effects
-        .iter()
-        .any(|effect| effect.acts() || effect.threads().is_some() || effect.presses() || effect.brackets());
+    let quiet = !Interactions::new(base.scene.effects.build(&base.context())).act();
     let fly = |index: usize| {
         let (group, member) = (index % 2, index / 2);
         // A fair share of what is left for each run, so that one does not starve the others.

@@ -1,0 +1,551 @@
+//! The contracts between what a scene calls for and the methods that step it, below both.
+//!
+//! An effect is one object that offers a view of itself for each kind of thing it does:
+//!
+//! | kind | does |
+//! |---|---|
+//! | [`ForceElement`] | forces on knots and bodies, held over a step |
+//! | [`HalfKick`] | changes velocities at both ends of a step |
+//! | [`SubstepConstraint`] | changes velocities of knots in every part of a step, and can be undone |
+//! | [`ContactLaw`] | answers contacts that it finds itself |
+//! | [`StepObserver`] | says what it stores, and what it did to energy and momentum |
+//! | [`Output`] | columns, and a report at the end |
+//!
+//! A kind that it does not offer costs nothing: [`Interactions`] asks once and keeps a list of each.
+//! A stepper is given the whole of them and knows no effect by name.
+
+use std::time::Duration;
+
+use nalgebra::{Matrix3, Vector3};
+use serde_json::Value;
+
+use crate::state::{Body, Contact, EffectWork, Forces, FreeBody, Knots, State, Wrench};
+use crate::work::Clock;
+
+/// Which half of a kick: before the motion of a step, or after it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// Before everything else.
+    First,
+    /// After everything else.
+    Second,
+}
+
+/// Forces that are held over a step.
+pub trait ForceElement: Send {
+    /// Adds its forces at the start of a step.
+    fn add_forces(&mut self, state: &State, forces: &mut Forces);
+
+    /// Energy it stores [J]; its forces are the slope of that, but for what `power` says.
+    fn energy(&self, _state: &State) -> f64 {
+        0.0
+    }
+
+    /// Power it puts into net and bodies beyond what it stores [W]; negative for drag.
+    fn power(&self, _state: &State) -> f64 {
+        0.0
+    }
+}
+
+/// Changes velocities at both ends of a step, around all that happens in it.
+pub trait HalfKick: Send {
+    /// Half the kick of a step of `step` seconds; what it did.
+    fn kick(&mut self, state: &mut State, step: f64, half: Half) -> EffectWork;
+}
+
+/// Holds knots in every part of a step: in every sub-step of a net of our own.
+pub trait SubstepConstraint: Send {
+    /// Adds the knots that it may change within the coming step; it reads no other.
+    fn knots(&self, knots: &mut Vec<usize>);
+
+    /// Changes velocities for a (sub-)step of `step` seconds, and marks the knots it changed.
+    fn solve(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
+
+    /// Keeps itself as it is, at the start of a step that may be done again.
+    fn checkpoint(&mut self);
+
+    /// Undoes what it did since the checkpoint.
+    fn rollback(&mut self);
+
+    /// Whether it was so violated since the checkpoint that the step is to be cut; `knots` are those at
+    /// its end.
+    fn violated(&mut self, knots: &Knots) -> bool;
+}
+
+/// Answers contacts that the method of the run does not know of.
+pub trait ContactLaw: Send {
+    /// Changes velocities of knots and target for a (sub-)step of `step` seconds, after all
+    /// constraints, and marks the knots it changed.
+    fn solve(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]);
+
+    /// Adds the contacts it answered within the step from `before` to `after`.
+    fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
+
+    /// Colliders it has the engine detect with, times it did, since the start.
+    fn detection(&self) -> (usize, u64) {
+        (0, 0)
+    }
+}
+
+/// Sees both ends of a step, and answers for energy and momentum.
+pub trait StepObserver: Send {
+    /// Sees the start of a step, before constraints and contacts act.
+    fn start_of_step(&mut self, _before: &State) {}
+
+    /// Energy it holds [J].
+    fn stored_energy(&self, _state: &State) -> f64 {
+        0.0
+    }
+
+    /// What it did within the step that led from `before` to `after`.
+    fn end_of_step(&mut self, before: &State, after: &State) -> EffectWork;
+}
+
+/// What an effect has to say.
+pub trait Output: Send {
+    /// Names of its columns in the time series.
+    fn columns(&self) -> Vec<String>;
+
+    /// Their values; largest values are those since the last call.
+    fn values(&mut self, state: &State) -> Vec<f64>;
+
+    /// What it has to say at the end of a run.
+    fn report(&self, _end: &State) -> Report {
+        Report::default()
+    }
+}
+
+/// What an effect has to say at the end of a run, as data: who shows it need not know the effect.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Its block of the summary: keys and values.
+    pub numbers: Vec<(&'static str, Value)>,
+    /// What began to act, and when; no time if it waited in vain [s].
+    pub start: Option<(&'static str, Option<f64>)>,
+    /// From when to when the capture is put to the test by it [s].
+    pub trial: Option<[f64; 2]>,
+    /// Threads to draw.
+    pub threads: Vec<DrawnThread>,
+    /// Columns to plot over time: a name, a unit, the column.
+    pub curves: Vec<(&'static str, &'static str, &'static str)>,
+}
+
+/// A thread to draw.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DrawnThread {
+    /// The knots it passes in order; none: where it ends outside of the net.
+    pub way: Vec<Option<usize>>,
+    /// What is off its reels where winding ends [m].
+    pub stop: f64,
+    /// Its largest tension [N].
+    pub limit: f64,
+    /// Columns of its length [m], of what is off its reels [m], and of its tension [N].
+    pub columns: [String; 3],
+}
+
+/// An effect at work: a view of itself for each kind of thing it does.
+pub trait Effect: Send {
+    /// Its forces.
+    fn forces(&mut self) -> Option<&mut dyn ForceElement> {
+        None
+    }
+
+    /// Its kicks.
+    fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
+        None
+    }
+
+    /// Its constraint.
+    fn constraint(&mut self) -> Option<&mut dyn SubstepConstraint> {
+        None
+    }
+
+    /// Its contacts.
+    fn contacts(&mut self) -> Option<&mut dyn ContactLaw> {
+        None
+    }
+
+    /// Its account.
+    fn observer(&mut self) -> Option<&mut dyn StepObserver> {
+        None
+    }
+
+    /// Its output.
+    fn output(&mut self) -> Option<&mut dyn Output> {
+        None
+    }
+}
+
+/// An effect with its name and what is known of it before the first step.
+pub struct Interaction {
+    /// Its key in the scene.
+    pub name: &'static str,
+    /// What it installs, in words.
+    pub about: String,
+    /// Whether it acts between net and target, or within the net: it may take energy, and never gives any.
+    pub is_internal: bool,
+    /// A free body that it brings.
+    pub body: Option<FreeBody>,
+    /// The effect.
+    pub effect: Box<dyn Effect>,
+}
+
+impl Interaction {
+    /// An effect that acts from outside and brings no body.
+    pub fn new(name: &'static str, about: impl Into<String>, effect: impl Effect + 'static) -> Interaction {
+        Interaction { name, about: about.into(), is_internal: false, body: None, effect: Box::new(effect) }
+    }
+
+    /// The same, between net and target or within the net.
+    #[must_use]
+    pub fn internal(self) -> Interaction {
+        Interaction { is_internal: true, ..self }
+    }
+
+    /// The same with a free body of its own.
+    #[must_use]
+    pub fn with_body(self, body: FreeBody) -> Interaction {
+        Interaction { body: Some(body), ..self }
+    }
+
+    /// A force and nothing else.
+    pub fn force(
+        name: &'static str,
+        about: impl Into<String>,
+        element: impl ForceElement + 'static,
+    ) -> Interaction {
+        struct Alone<F>(F);
+        impl<F: ForceElement> Effect for Alone<F> {
+            fn forces(&mut self) -> Option<&mut dyn ForceElement> {
+                Some(&mut self.0)
+            }
+        }
+        Interaction::new(name, about, Alone(element))
+    }
+}
+
+/// All effects of a run, by kind.
+#[derive(Default)]
+pub struct Interactions {
+    list: Vec<Interaction>,
+    times: Vec<Duration>,
+    forces: Vec<AppliedForces>,
+    half_kicks: Vec<usize>,
+    constraints: Vec<usize>,
+    contacts: Vec<usize>,
+    observers: Vec<usize>,
+}
+
+/// What a force element applies over the step under way.
+struct AppliedForces {
+    index: usize,
+    forces: Forces,
+    /// Change of the bodies' energy by them [J].
+    work_on_bodies: f64,
+    /// Energy it stored at the start of the step [J].
+    stored: f64,
+}
+
+impl Interactions {
+    /// `list` at work, in its order.
+    pub fn new(mut list: Vec<Interaction>) -> Interactions {
+        let mut of_kind = |offers: fn(&mut dyn Effect) -> bool| -> Vec<usize> {
+            (0..list.len()).filter(|&index| offers(list[index].effect.as_mut())).collect()
+        };
+        let forces = of_kind(|effect| effect.forces().is_some());
+        let applied =
+            |index| AppliedForces { index, forces: Forces::default(), work_on_bodies: 0.0, stored: 0.0 };
+        Interactions {
+            half_kicks: of_kind(|effect| effect.half_kick().is_some()),
+            constraints: of_kind(|effect| effect.constraint().is_some()),
+            contacts: of_kind(|effect| effect.contacts().is_some()),
+            observers: of_kind(|effect| effect.observer().is_some()),
+            forces: forces.into_iter().map(applied).collect(),
+            times: vec![Duration::ZERO; list.len()],
+            list,
+        }
+    }
+
+    /// The effects.
+    pub fn list(&self) -> &[Interaction] {
+        &self.list
+    }
+
+    /// Wall time of each so far.
+    pub fn times(&self) -> &[Duration] {
+        &self.times
+    }
+
+    /// Whether anything but the method itself moves knots or bodies.
+    pub fn act(&self) -> bool {
+        let lists = [&self.half_kicks, &self.constraints, &self.contacts];
+        !self.forces.is_empty() || lists.iter().any(|list| !list.is_empty())
+    }
+
+    /// Lets effect `index` do something, on its clock.
+    fn timed<T>(&mut self, index: usize, act: impl FnOnce(&mut dyn Effect) -> T) -> T {
+        let mut clock = Clock::start();
+        let done = act(self.list[index].effect.as_mut());
+        clock.lap(&mut self.times[index]);
+        done
+    }
+
+    /// Whether any kicks.
+    pub fn kick(&self) -> bool {
+        !self.half_kicks.is_empty()
+    }
+
+    /// Half a kick of a step of `step` seconds, the second half in reverse order; `record` hears what each
+    /// effect did.
+    pub fn half_kick(
+        &mut self,
+        state: &mut State,
+        step: f64,
+        half: Half,
+        mut record: impl FnMut(usize, &EffectWork),
+    ) {
+        for i in 0..self.half_kicks.len() {
+            let index = match half {
+                Half::First => self.half_kicks[i],
+                Half::Second => self.half_kicks[self.half_kicks.len() - 1 - i],
+            };
+            let work = self.timed(index, |effect| {
+                effect.half_kick().map(|kick| kick.kick(state, step, half)).unwrap_or_default()
+            });
+            record(index, &work);
+        }
+    }
+
+    /// Whether any applies forces.
+    pub fn push(&self) -> bool {
+        !self.forces.is_empty()
+    }
+
+    /// Forces of the coming step of `step` seconds: those on knots stay in `state.forces` for the stepper to
+    /// hold over the step, those on bodies act at once, as an impulse; none on a target that is held.
+    pub fn apply_forces(&mut self, state: &mut State, step: f64, free_target: Option<(f64, &Matrix3<f64>)>) {
+        let n_knots = state.knots.position.len();
+        let mut all = std::mem::take(&mut state.forces);
+        all.clear(n_knots);
+        for i in 0..self.forces.len() {
+            let index = self.forces[i].index;
+            let mut own = std::mem::take(&mut self.forces[i].forces);
+            own.clear(n_knots);
+            self.forces[i].stored = self.timed(index, |effect| {
+                let Some(element) = effect.forces() else { return 0.0 };
+                element.add_forces(state, &mut own);
+                element.energy(state)
+            });
+            for (sum, force) in all.on_knots.iter_mut().zip(&own.on_knots) {
+                *sum += force;
+            }
+            let mut work = 0.0;
+            match (&mut state.target, free_target) {
+                (Some(body), Some((mass, inertia))) => {
+                    work += push(body, mass, inertia, &own.on_target, step);
+                }
+                _ => own.on_target = Wrench::default(),
+            }
+            if let Some(FreeBody { body, mass, inertia, .. }) = &mut state.chaser {
+                work += push(body, *mass, inertia, &own.on_chaser, step);
+            }
+            self.forces[i].work_on_bodies = work;
+            self.forces[i].forces = own;
+        }
+        state.forces = all;
+    }
+
+    /// Sees the start of a step.
+    pub fn start_of_step(&mut self, before: &State) {
+        for i in 0..self.observers.len() {
+            self.timed(self.observers[i], |effect| {
+                if let Some(observer) = effect.observer() {
+                    observer.start_of_step(before);
+                }
+            });
+        }
+    }
+
+    /// Whether anything acts within a step.
+    pub fn act_within(&self) -> bool {
+        self.constrain() || self.touch()
+    }
+
+    /// Whether there are constraints.
+    pub fn constrain(&self) -> bool {
+        !self.constraints.is_empty()
+    }
+
+    /// The knots that constraints may change within the coming step.
+    pub fn constrained_knots(&mut self, knots: &mut Vec<usize>) {
+        knots.clear();
+        for &index in &self.constraints {
+            if let Some(constraint) = self.list[index].effect.constraint() {
+                constraint.knots(knots);
+            }
+        }
+    }
+
+    fn each_constraint(&mut self, mut act: impl FnMut(&mut dyn SubstepConstraint)) {
+        for i in 0..self.constraints.len() {
+            self.timed(self.constraints[i], |effect| {
+                if let Some(constraint) = effect.constraint() {
+                    act(constraint);
+                }
+            });
+        }
+    }
+
+    /// Constraints change velocities for a (sub-)step of `step` seconds and mark the knots.
+    pub fn solve_constraints(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        self.each_constraint(|constraint| constraint.solve(knots, step, touched));
+    }
+
+    /// Constraints keep themselves as they are.
+    pub fn checkpoint(&mut self) {
+        self.each_constraint(|constraint| constraint.checkpoint());
+    }
+
+    /// Constraints undo what they did since the checkpoint.
+    pub fn rollback(&mut self) {
+        self.each_constraint(|constraint| constraint.rollback());
+    }
+
+    /// Whether a constraint was so violated since the checkpoint that the step is to be cut.
+    pub fn violated(&mut self, knots: &Knots) -> bool {
+        let mut violated = false;
+        self.each_constraint(|constraint| violated |= constraint.violated(knots));
+        violated
+    }
+
+    /// Whether there are contact laws.
+    pub fn touch(&self) -> bool {
+        !self.contacts.is_empty()
+    }
+
+    /// Contact laws change velocities for a (sub-)step of `step` seconds and mark the knots.
+    pub fn solve_contacts(
+        &mut self,
+        knots: &mut Knots,
+        target: &mut Option<Body>,
+        step: f64,
+        touched: &mut [bool],
+    ) {
+        for i in 0..self.contacts.len() {
+            self.timed(self.contacts[i], |effect| {
+                if let Some(law) = effect.contacts() {
+                    law.solve(knots, target, step, touched);
+                }
+            });
+        }
+    }
+
+    /// Adds the contacts that were answered within the step from `before` to `after`.
+    pub fn report_contacts(&mut self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
+        for &index in &self.contacts {
+            if let Some(law) = self.list[index].effect.contacts() {
+                law.report(before, after, contacts);
+            }
+        }
+    }
+
+    /// Colliders that contact laws have the engine detect with.
+    pub fn n_colliders(&mut self) -> usize {
+        let lists = self.contacts.iter();
+        lists.filter_map(|&index| Some(self.list[index].effect.contacts()?.detection().0)).sum()
+    }
+
+    /// What each effect did within the step that led from `before` to `after`, in `step` seconds.
+    pub fn end_of_step(
+        &mut self,
+        before: &State,
+        after: &State,
+        step: f64,
+        mut record: impl FnMut(usize, &EffectWork),
+    ) {
+        for i in 0..self.forces.len() {
+            let index = self.forces[i].index;
+            let now = self.timed(index, |effect| effect.forces().map_or(0.0, |force| force.energy(after)));
+            record(index, &self.forces[i].work(before, after, step, now));
+        }
+        for i in 0..self.observers.len() {
+            let index = self.observers[i];
+            let work = self.timed(index, |effect| {
+                effect.observer().map(|observer| observer.end_of_step(before, after)).unwrap_or_default()
+            });
+            record(index, &work);
+        }
+    }
+
+    /// Energy that all of them hold [J].
+    pub fn stored_energy(&mut self, state: &State) -> f64 {
+        let mut stored = 0.0;
+        for &index in &self.observers {
+            let observer = self.list[index].effect.observer();
+            stored += observer.map_or(0.0, |observer| observer.stored_energy(state));
+        }
+        for AppliedForces { index, .. } in &self.forces {
+            stored += self.list[*index].effect.forces().map_or(0.0, |force| force.energy(state));
+        }
+        stored
+    }
+
+    /// What each has to say at the end of a run, by name.
+    pub fn reports(&mut self, end: &State) -> Vec<(&'static str, Report)> {
+        let outputs = self.list.iter_mut().filter_map(|one| Some((one.name, one.effect.output()?)));
+        outputs.map(|(name, output)| (name, output.report(end))).collect()
+    }
+
+    /// Names of all columns.
+    pub fn columns(&mut self) -> Vec<String> {
+        let outputs = self.list.iter_mut().filter_map(|interaction| interaction.effect.output());
+        outputs.flat_map(|output| output.columns()).collect()
+    }
+
+    /// Their values.
+    pub fn values(&mut self, state: &State) -> Vec<f64> {
+        let outputs = self.list.iter_mut().filter_map(|interaction| interaction.effect.output());
+        outputs.flat_map(|output| output.values(state)).collect()
+    }
+}
+
+impl AppliedForces {
+    /// What it did; `stored`: what it stores now [J].
+    fn work(&self, before: &State, after: &State, step: f64, stored: f64) -> EffectWork {
+        let forces = &self.forces;
+        let mut work =
+            EffectWork { work: self.work_on_bodies + stored - self.stored, ..EffectWork::default() };
+        let moved = before.knots.position.iter().zip(&after.knots.position);
+        for (force, (from, to)) in forces.on_knots.iter().zip(moved) {
+            if *force == Vector3::zeros() {
+                continue;
+            }
+            work.work += force.dot(&(to - from));
+            work.impulse += step * force;
+            work.angular_impulse += step * (0.5 * (from + to)).cross(force);
+            work.count += 1;
+        }
+        let bodies =
+            [(before.target, forces.on_target), (before.chaser.map(|chaser| chaser.body), forces.on_chaser)];
+        for (body, Wrench { force, torque }) in bodies {
+            let Some(body) = body else { continue };
+            work.impulse += step * force;
+            work.angular_impulse += step * (body.position.cross(&force) + torque);
+            work.count += u64::from(force != Vector3::zeros() || torque != Vector3::zeros());
+        }
+        work
+    }
+}
+
+/// Gives `body` what `wrench` is over `step` seconds; the change of its energy [J].
+fn push(body: &mut Body, mass: f64, inertia: &Matrix3<f64>, wrench: &Wrench, step: f64) -> f64 {
+    if *wrench == Wrench::default() {
+        return 0.0;
+    }
+    let before = body.kinetic_energy(mass, inertia);
+    body.velocity += step / mass * wrench.force;
+    // A checked inertia is positive definite.
+    let torque = body.attitude.inverse_transform_vector(&wrench.torque);
+    body.rate += body.attitude * (inertia.try_inverse().unwrap_or_default() * (step * torque));
+    body.kinetic_energy(mass, inertia) - before
+}

@@ -1,0 +1,71 @@
+//! What every method owes: limits before it is built, a step, and what the step says of itself.
+
+use crate::contact::impulse::Impulse;
+use crate::contact::penalty::Penalty;
+use crate::contact::watch::{Response, Watch};
+use crate::failure::Failure;
+use crate::interaction::Interactions;
+use crate::options::BuildContext;
+use crate::solver::{ContactModel, Solver};
+use crate::state::State;
+use crate::step::limits::{Demands, StepLimits};
+use crate::work::Work;
+use crate::world::Census;
+
+/// A method of advancing the net and the bodies.
+pub trait Stepper: Send {
+    /// One step from `before`, which `state` equals but for the forces and velocities changed since.
+    ///
+    /// # Errors
+    /// A state that is not a number.
+    fn step(
+        &mut self,
+        before: &State,
+        state: &mut State,
+        with: &mut Interactions,
+        work: &mut Work,
+    ) -> Result<StepReport, Failure>;
+
+    /// Takes over velocities that effects changed since the last step.
+    fn take_velocities(&mut self, _state: &State) {}
+
+    /// What the engine consists of.
+    fn census(&self) -> Census;
+}
+
+/// What a step says of itself: what a method that adapts itself decides from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepReport {
+    /// Energy that came from nowhere [J]; negative what was lost, to contact or to the method. None where a
+    /// method does not adapt and so does not look.
+    pub energy_error: Option<f64>,
+    /// Times the step was taken back and cut.
+    pub cuts: u32,
+}
+
+/// A method before it is built.
+pub trait Method: Sync {
+    /// What steps suit it on a scene.
+    fn limits(&self, demands: &Demands<'_>) -> StepLimits;
+
+    /// Whether constraints and contacts of effects act in every sub-step.
+    fn acts_in_substeps(&self) -> bool;
+
+    /// Work of `n_steps` steps in units that are about alike, for guesses of a run's time only.
+    fn price(&self, solver: &Solver, n_cables: usize, n_steps: f64, substeps: u32) -> f64;
+
+    /// Builds it.
+    fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper>;
+}
+
+/// The watch over the target for a response of our own, as any method may use it; none for the engine's, or without a target.
+pub fn own_response(context: &BuildContext<'_>) -> Option<Watch> {
+    let BuildContext { net, solver, options, .. } = *context;
+    let target = context.target?;
+    let response = match solver.contact {
+        ContactModel::Rapier => return None,
+        ContactModel::Impulse => Response::Impulse(Impulse::new(solver.restitution, options.friction)),
+        ContactModel::Penalty => Response::Penalty(Penalty::new(net, &solver.penalty, options.friction)),
+    };
+    Some(Watch::new(net, target, context.contact_margin, response, solver.precision))
+}
