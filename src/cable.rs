@@ -1,4 +1,4 @@
-//! The only tension law: a cable that pulls and cannot push (Kelvin–Voigt, Eq. 3.1 to 3.4).
+//! The tension law: a cable that pulls and cannot push (Kelvin–Voigt, Eq. 3.1 to 3.4).
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|

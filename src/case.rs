@@ -1,6 +1,7 @@
 //! A case: a scene that was checked, with its net and target built.
 //!
-//! Past this point nothing is checked again: a `Case` exists only when every check has passed.
+//! A `Case` is built only when every check has passed. Its fields are open to studies and tests that change a net
+//! or a step by hand: these answer for what they change, nothing is checked again.
 
 use sha2::{Digest, Sha256};
 

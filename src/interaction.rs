@@ -9,7 +9,7 @@
 //! | [`SubstepConstraint`] | changes velocities of knots in every part of a step, and can be undone |
 //! | [`ContactLaw`] | answers contacts that it finds itself |
 //! | [`StepObserver`] | says what it stores, and what it did to energy and momentum |
-//! | [`Output`] | columns, and a report at the end |
+//! | [`EffectOutput`] | columns, and a report at the end |
 //!
 //! A kind that it does not offer costs nothing: [`Interactions`] asks once and keeps a list of each.
 //! A stepper is given the whole of them and knows no effect by name.
@@ -102,7 +102,7 @@ pub trait StepObserver: Send {
 }
 
 /// What an effect has to say.
-pub trait Output: Send {
+pub trait EffectOutput: Send {
     /// Names of its columns in the time series.
     fn columns(&self) -> Vec<String>;
 
@@ -171,7 +171,7 @@ pub trait Effect: Send {
     }
 
     /// Its output.
-    fn output(&mut self) -> Option<&mut dyn Output> {
+    fn output(&mut self) -> Option<&mut dyn EffectOutput> {
         None
     }
 }

@@ -23,18 +23,19 @@
 //!                         contact)      counters)
 //! ```
 //!
-//! Each takes the value before it and returns the next; nothing reaches back.
+//! Each takes the value before it and returns the next; no import climbs the list below (`tests/architecture.rs`).
 //!
 //! # Map, in reading order
 //!
 //! | module | subject |
 //! |---|---|
 //! | [`problems`], [`limits`], [`json`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, text to values, the schema, what is built in |
-//! | [`cable`], [`friction`] | the only tension law; the friction laws |
+//! | [`state`] | the nouns that travel in a step |
+//! | [`cable`], [`friction`] | the tension law; the friction laws |
 //! | [`solver`] | the numerical method as a user chooses it |
 //! | [`net`] | knots, cables, bullets; fold and launch |
 //! | [`geometry`], [`target`] | hulls; shapes, mass properties, pose and spin |
-//! | [`state`], [`work`], [`failure`] | the nouns that travel in a step; what it cost; what ends a run |
+//! | [`work`], [`failure`] | what a step cost; what ends a run |
 //! | [`interaction`] | the contracts between what a scene calls for and the methods that step it |
 //! | [`world`] | the engine behind our words; every engine setting |
 //! | [`contact`] | how a contact is answered |
@@ -69,6 +70,8 @@ pub mod quantity;
 
 pub mod assets;
 
+pub mod state;
+
 pub mod cable;
 
 pub mod friction;
@@ -80,8 +83,6 @@ pub mod net;
 pub mod geometry;
 
 pub mod target;
-
-pub mod state;
 
 pub mod work;
 

@@ -25,7 +25,7 @@ use serde_json::json;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Parameters;
-use crate::interaction::{Effect, Half, HalfKick, Interaction, Output, Report, StepObserver};
+use crate::interaction::{Effect, EffectOutput, Half, HalfKick, Interaction, Report, StepObserver};
 use crate::net::Net;
 use crate::options::{BuildContext, BuildOptions};
 use crate::problems::Problems;
@@ -156,7 +156,7 @@ impl Effect for Recoiling {
         Some(self)
     }
 
-    fn output(&mut self) -> Option<&mut dyn Output> {
+    fn output(&mut self) -> Option<&mut dyn EffectOutput> {
         Some(self)
     }
 }
@@ -184,7 +184,7 @@ impl StepObserver for Recoiling {
     }
 }
 
-impl Output for Recoiling {
+impl EffectOutput for Recoiling {
     fn columns(&self) -> Vec<String> {
         ["x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"]
             .map(|name| format!("chaser_{name}"))

@@ -24,7 +24,7 @@ use crate::closing::trigger::{Trigger, TriggerWatch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism, Outside};
 use crate::interaction::{
-    DrawnThread, Effect, Half, HalfKick, Interaction, Output, Report, StepObserver, SubstepConstraint,
+    DrawnThread, Effect, EffectOutput, Half, HalfKick, Interaction, Report, StepObserver, SubstepConstraint,
 };
 use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
@@ -113,7 +113,7 @@ impl Parameters for Closing {
         Interaction::new(
             "closing",
             about,
-            Threads {
+            ClosingThreads {
                 trigger: TriggerWatch::new(self.trigger, net),
                 mechanism,
                 limit: self.max_tension_n.0,
@@ -129,7 +129,7 @@ impl Parameters for Closing {
 }
 
 /// The threads under way.
-struct Threads {
+struct ClosingThreads {
     trigger: TriggerWatch,
     mechanism: Mechanism,
     /// Largest tension [N].
@@ -146,7 +146,7 @@ struct Threads {
     from_chaser: Outside,
 }
 
-impl Effect for Threads {
+impl Effect for ClosingThreads {
     fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
         if self.has_chaser { Some(self) } else { None }
     }
@@ -159,12 +159,12 @@ impl Effect for Threads {
         Some(self)
     }
 
-    fn output(&mut self) -> Option<&mut dyn Output> {
+    fn output(&mut self) -> Option<&mut dyn EffectOutput> {
         Some(self)
     }
 }
 
-impl HalfKick for Threads {
+impl HalfKick for ClosingThreads {
     /// At the end of the step the chaser takes what the net got from it.
     fn kick(&mut self, state: &mut State, _step: f64, half: Half) -> EffectWork {
         if half == Half::First {
@@ -180,7 +180,7 @@ impl HalfKick for Threads {
     }
 }
 
-impl StepObserver for Threads {
+impl StepObserver for ClosingThreads {
     fn start_of_step(&mut self, state: &State) {
         if let Some(chaser) = state.chaser.filter(|_| self.has_chaser) {
             self.mechanism.anchor(chaser.port());
@@ -213,7 +213,7 @@ impl StepObserver for Threads {
     }
 }
 
-impl Output for Threads {
+impl EffectOutput for ClosingThreads {
     fn columns(&self) -> Vec<String> {
         let of_threads = (0..self.mechanism.n_threads()).flat_map(thread_columns);
         of_threads.chain([WORK_COLUMN.to_owned()]).collect()

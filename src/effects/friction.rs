@@ -23,7 +23,7 @@ use crate::state::{EffectWork, State};
 pub struct Friction {
     /// The law.
     #[serde(default)]
-    pub law: Law,
+    pub law: FrictionLaw,
     /// Coefficient of friction μ; of sliding, μ_k, with `hollars` [-].
     #[schemars(range(min = 0, max = 10))]
     pub coefficient: f64,
@@ -39,7 +39,7 @@ pub struct Friction {
 /// Friction laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Law {
+pub enum FrictionLaw {
     /// One coefficient for sticking and sliding.
     #[default]
     Coulomb,
@@ -55,8 +55,8 @@ impl Friction {
     /// The law that a contact response applies.
     pub fn contact_law(&self) -> friction::Law {
         match self.law {
-            Law::Coulomb => friction::Law::Coulomb { coefficient: self.coefficient },
-            Law::Hollars => friction::Law::Hollars {
+            FrictionLaw::Coulomb => friction::Law::Coulomb { coefficient: self.coefficient },
+            FrictionLaw::Hollars => friction::Law::Hollars {
                 kinetic: self.coefficient,
                 static_: self.static_coefficient.unwrap_or(self.coefficient),
                 transition_speed: self.transition_speed_m_s.0,

@@ -19,7 +19,7 @@ use crate::closing::thread::{Ends, Node};
 use crate::closing::trigger::{Trigger, TriggerWatch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism};
-use crate::interaction::{Effect, Interaction, Output, Report, StepObserver, SubstepConstraint};
+use crate::interaction::{Effect, EffectOutput, Interaction, Report, StepObserver, SubstepConstraint};
 use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::state::{EffectWork, State};
@@ -106,7 +106,7 @@ impl Effect for Tether {
         Some(self)
     }
 
-    fn output(&mut self) -> Option<&mut dyn Output> {
+    fn output(&mut self) -> Option<&mut dyn EffectOutput> {
         Some(self)
     }
 }
@@ -129,7 +129,7 @@ impl StepObserver for Tether {
     }
 }
 
-impl Output for Tether {
+impl EffectOutput for Tether {
     fn columns(&self) -> Vec<String> {
         vec![COLUMN.to_owned()]
     }

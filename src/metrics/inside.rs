@@ -18,18 +18,18 @@ use crate::target::parts::ConvexPart;
 
 /// The parts of a target, ready to be asked.
 pub struct Inside {
-    solids: Vec<Solid>,
+    solids: Vec<PartSupport>,
     bounding_radius: f64,
 }
 
 /// A part in the body frame, as the library sees convex bodies.
-struct Solid {
+struct PartSupport {
     part: ConvexPart,
     /// Distance of its furthest point from its own origin [m].
     reach: f64,
 }
 
-impl SupportMap for Solid {
+impl SupportMap for PartSupport {
     fn local_support_point(&self, direction: ParryVector) -> ParryVector {
         parrys(&self.part.support(&Vector3::new(direction.x, direction.y, direction.z)))
     }
@@ -38,7 +38,7 @@ impl SupportMap for Solid {
 impl Inside {
     /// For the parts of `target`.
     pub fn of(target: &Target) -> Inside {
-        let solid = |part: &ConvexPart| Solid {
+        let solid = |part: &ConvexPart| PartSupport {
             part: part.clone(),
             reach: part.primitive.reach_from(&Vector3::zeros()),
         };

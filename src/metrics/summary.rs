@@ -401,6 +401,19 @@ fn collect_gaps(path: &str, schema: &Value, root: &Value, value: &Value, gaps: &
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::checks::SUMMARY_NAMES;
+
+    /// `RENEW=1 cargo test --lib names_that_a_scene_may_expect` writes them anew.
+    #[test]
+    fn names_that_a_scene_may_expect_are_those_of_the_summary() {
+        let names = Summary::scalar_names().join("\n") + "\n";
+        if std::env::var_os("RENEW").is_some() {
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/summary_names.txt");
+            std::fs::write(path, &names).unwrap();
+        } else {
+            assert_eq!(names, SUMMARY_NAMES);
+        }
+    }
 
     #[test]
     fn a_summary_with_a_number_that_is_none_is_not_sound() {

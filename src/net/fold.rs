@@ -13,11 +13,11 @@
 
 use nalgebra::Vector3;
 
-use super::Line;
+use super::GridLine;
 use super::spec::{self, FoldScheme};
 
 /// Positions of all knots in the container [m].
-pub(crate) fn folded(spec: &spec::Net, grid: [usize; 2], lines: &[Line]) -> Vec<Vector3<f64>> {
+pub(crate) fn folded(spec: &spec::NetSpec, grid: [usize; 2], lines: &[GridLine]) -> Vec<Vector3<f64>> {
     let sides = spec.mesh_length_m.sides();
     let ratio = spec.fold.ratio;
     let mut positions: Vec<Vector3<f64>> = Vec::new();
@@ -55,7 +55,7 @@ mod tests {
     use serde_json::json;
 
     fn build(middle: u32, scheme: &str) -> (Option<Net>, Problems) {
-        let spec: spec::Net = serde_json::from_value(json!({
+        let spec: spec::NetSpec = serde_json::from_value(json!({
             "meshes": [4, 3], "mesh_length_m": 0.5, "bullet_mass_kg": 1.0, "middle_knots": middle,
             "cable": { "material": "kevlar", "diameter_m": 0.001 },
             "fold": { "scheme": scheme, "ratio": 0.2 } }))

@@ -52,9 +52,9 @@ impl Net {
     /// Builds the net of `spec`, shot as `launch` says.
     ///
     /// Faults go to `problems`, with their places below `net` of the scene.
-    pub fn build(spec: &spec::Net, launch: &Launch, problems: &mut Problems) -> Option<Net> {
-        let inner = Strand::inner(spec, problems)?;
-        let edge = Strand::edge(spec.edge_cable.as_ref(), &inner, problems)?;
+    pub fn build(spec: &spec::NetSpec, launch: &Launch, problems: &mut Problems) -> Option<Net> {
+        let inner = CableMake::inner(spec, problems)?;
+        let edge = CableMake::edge(spec.edge_cable.as_ref(), &inner, problems)?;
         let n_meshes = spec.meshes.map(|n| n as usize);
         let middle = spec.middle_knots as usize;
         let (n_lines, n_knots) = (spec.n_lines() as usize, spec.n_knots() as usize);
@@ -79,7 +79,7 @@ impl Net {
             folded: Vec::new(),
             launch_velocity: vec![Vector3::zeros(); n_knots],
         };
-        let strand_of = |line: &Line| if line.on_edge { &edge } else { &inner };
+        let strand_of = |line: &GridLine| if line.on_edge { &edge } else { &inner };
 
         // Masses first: the damping of a cable needs them (Eq. 3.4).
         for line in &lines {
@@ -163,7 +163,7 @@ impl Net {
 }
 
 /// Velocities of the bullets [m/s]: outward along the diagonals of the net, at `angle_deg` from X.
-pub fn shots(spec: &spec::Net, launch: &Launch) -> [Vector3<f64>; 4] {
+pub fn shots(spec: &spec::NetSpec, launch: &Launch) -> [Vector3<f64>; 4] {
     let (sin, cos) = launch.angle_deg.to_radians().sin_cos();
     let [width, height] = spec.mesh_length_m.sides();
     let size = [width * f64::from(spec.meshes[0]), height * f64::from(spec.meshes[1])];
@@ -175,28 +175,28 @@ pub fn shots(spec: &spec::Net, launch: &Launch) -> [Vector3<f64>; 4] {
 
 /// What a cable is made of.
 #[derive(Clone)]
-struct Strand {
+struct CableMake {
     material: Material,
     diameter: f64,
     damping_ratio: f64,
 }
 
-impl Strand {
-    fn inner(spec: &spec::Net, problems: &mut Problems) -> Option<Strand> {
-        Some(Strand {
+impl CableMake {
+    fn inner(spec: &spec::NetSpec, problems: &mut Problems) -> Option<CableMake> {
+        Some(CableMake {
             material: material(&spec.cable.material, "net.cable.material", problems)?,
             diameter: spec.cable.diameter_m.0,
             damping_ratio: spec.cable.damping_ratio,
         })
     }
 
-    fn edge(spec: Option<&EdgeCable>, inner: &Strand, problems: &mut Problems) -> Option<Strand> {
+    fn edge(spec: Option<&EdgeCable>, inner: &CableMake, problems: &mut Problems) -> Option<CableMake> {
         let Some(spec) = spec else { return Some(inner.clone()) };
         let material = match &spec.material {
             Some(choice) => material(choice, "net.edge_cable.material", problems)?,
             None => inner.material.clone(),
         };
-        Some(Strand {
+        Some(CableMake {
             material,
             diameter: spec.diameter_m.map_or(inner.diameter, |diameter| diameter.0),
             damping_ratio: spec.damping_ratio.unwrap_or(inner.damping_ratio),
@@ -227,7 +227,7 @@ fn material(choice: &MaterialChoice, place: &str, problems: &mut Problems) -> Op
 }
 
 /// A line of the grid between two neighbouring grid knots.
-pub(crate) struct Line {
+pub(crate) struct GridLine {
     ends: [usize; 2],
     /// The middle knots that divide it, from its first end to its second.
     middle: Range<usize>,
@@ -236,7 +236,7 @@ pub(crate) struct Line {
     on_edge: bool,
 }
 
-impl Line {
+impl GridLine {
     /// Its pieces, as pairs of knots.
     fn pieces(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let starts = std::iter::once(self.ends[0]).chain(self.middle.clone());
@@ -250,11 +250,11 @@ fn knot_at(grid: [usize; 2], row: usize, column: usize) -> usize {
 }
 
 /// All lines of the grid: first those along Y, then those along Z.
-fn grid_lines(grid: [usize; 2], n_middle: usize) -> Vec<Line> {
+fn grid_lines(grid: [usize; 2], n_middle: usize) -> Vec<GridLine> {
     let mut lines = Vec::new();
     let mut add = |ends, along, on_edge| {
         let first = grid[0] * grid[1] + lines.len() * n_middle;
-        lines.push(Line { ends, middle: first..first + n_middle, along, on_edge });
+        lines.push(GridLine { ends, middle: first..first + n_middle, along, on_edge });
     };
     for row in 0..grid[0] - 1 {
         for column in 0..grid[1] {
@@ -272,7 +272,7 @@ fn grid_lines(grid: [usize; 2], n_middle: usize) -> Vec<Line> {
 }
 
 /// Knots around the mouth: along Y, along Z, and back.
-fn perimeter(grid: [usize; 2], lines: &[Line]) -> Vec<usize> {
+fn perimeter(grid: [usize; 2], lines: &[GridLine]) -> Vec<usize> {
     let (last_row, last_column) = (grid[0] - 1, grid[1] - 1);
     let corners: Vec<usize> = (0..last_row)
         .map(|row| knot_at(grid, row, 0))
@@ -280,7 +280,7 @@ fn perimeter(grid: [usize; 2], lines: &[Line]) -> Vec<usize> {
         .chain((1..=last_row).rev().map(|row| knot_at(grid, row, last_column)))
         .chain((1..=last_column).rev().map(|column| knot_at(grid, 0, column)))
         .collect();
-    let on_edge: HashMap<[usize; 2], &Line> =
+    let on_edge: HashMap<[usize; 2], &GridLine> =
         lines.iter().filter(|line| line.on_edge).map(|line| (line.ends, line)).collect();
     let mut around = Vec::new();
     for (i, &from) in corners.iter().enumerate() {

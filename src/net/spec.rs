@@ -8,14 +8,14 @@ use crate::quantity::Positive;
 /// A net of rectangular meshes, lying in the plane X = 0 around the origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Net {
+pub struct NetSpec {
     /// Number of meshes along Y and along Z.
     #[schemars(inner(range(min = 1, max = 10000)))]
     pub meshes: [u32; 2],
     /// Unstretched length of a mesh side [m]: one number, or one along Y and one along Z.
     pub mesh_length_m: MeshLength,
     /// The cables of the net.
-    pub cable: Cable,
+    pub cable: CableSpec,
     /// The cables along the perimeter; absent: like the others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_cable: Option<EdgeCable>,
@@ -30,7 +30,7 @@ pub struct Net {
     pub fold: Fold,
 }
 
-impl Net {
+impl NetSpec {
     /// Number of cables before middle knots divide them.
     pub fn n_lines(&self) -> u64 {
         let [along_y, along_z] = self.meshes.map(u64::from);
@@ -67,18 +67,18 @@ impl MeshLength {
 /// A cable of round cross-section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Cable {
+pub struct CableSpec {
     /// Name of a material (`tumblenet list` names them) or its numbers.
     pub material: MaterialChoice,
     /// Diameter [m].
     pub diameter_m: Positive,
     /// Damping ratio xi of Eq. 3.4 [-].
-    #[serde(default = "Cable::default_damping_ratio")]
+    #[serde(default = "CableSpec::default_damping_ratio")]
     #[schemars(range(min = 0, max = 10))]
     pub damping_ratio: f64,
 }
 
-impl Cable {
+impl CableSpec {
     /// Table 3.2.
     fn default_damping_ratio() -> f64 {
         0.1

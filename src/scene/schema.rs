@@ -9,10 +9,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::effects::Effects;
-use crate::net::spec::{Launch, Net};
+use crate::net::spec::{Launch, NetSpec};
 use crate::quantity::Positive;
 use crate::solver::Solver;
-use crate::target::spec::Target;
+use crate::target::spec::TargetSpec;
 
 /// One run: a net, how it is shot, what it meets, and how the meeting is simulated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,12 +27,12 @@ pub struct Scene {
     /// Simulated time [s].
     pub duration_s: Positive,
     /// The net and how it is folded.
-    pub net: Net,
+    pub net: NetSpec,
     /// How the bullets are shot.
     pub launch: Launch,
     /// What is to be captured; absent: deployment only, and no collider exists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub target: Option<Target>,
+    pub target: Option<TargetSpec>,
     /// What is simulated beside cables and contact; an effect that is not named is absent.
     #[serde(default)]
     pub effects: Effects,

@@ -99,7 +99,7 @@ impl Stress {
 pub struct Job {
     /// Its row of the result.
     row: usize,
-    variant: Variant,
+    variant: RunVariant,
     /// What is run.
     pub case: Case,
     /// Name of the case and the pair, and which of the runs it is: that of no other run.
@@ -107,25 +107,25 @@ pub struct Job {
 }
 
 impl Job {
-    fn new(row: usize, hard: &Hard, pair: &str, variant: Variant, case: Case) -> Job {
+    fn new(row: usize, hard: &Hard, pair: &str, variant: RunVariant, case: Case) -> Job {
         let name = format!("{}-{pair}-{}", hard.name, variant.word());
         Job { row, variant, case, name }
     }
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Variant {
+enum RunVariant {
     AsItIs,
     Halved,
     AtLimit,
 }
 
-impl Variant {
+impl RunVariant {
     fn word(self) -> &'static str {
         match self {
-            Variant::AsItIs => "as-it-is",
-            Variant::Halved => "halved",
-            Variant::AtLimit => "at-limit",
+            RunVariant::AsItIs => "as-it-is",
+            RunVariant::Halved => "halved",
+            RunVariant::AtLimit => "at-limit",
         }
     }
 }
@@ -151,7 +151,7 @@ pub fn run(
     }
     // The longest first: none is left for the end while the other threads have nothing to do.
     jobs.sort_by_key(|job| std::cmp::Reverse(work(&job.case)));
-    let measured: Vec<(usize, Variant, Measured)> = jobs
+    let measured: Vec<(usize, RunVariant, Measured)> = jobs
         .par_iter()
         .with_max_len(1)
         .map(|job| {
@@ -162,9 +162,9 @@ pub fn run(
         .collect();
     for (row, variant, measured) in measured {
         let place = match variant {
-            Variant::AsItIs => &mut rows[row].measured,
-            Variant::Halved => &mut rows[row].halved,
-            Variant::AtLimit => &mut rows[row].at_limit,
+            RunVariant::AsItIs => &mut rows[row].measured,
+            RunVariant::Halved => &mut rows[row].halved,
+            RunVariant::AtLimit => &mut rows[row].at_limit,
         };
         *place = Some(measured);
     }
@@ -212,14 +212,14 @@ fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
             if hard.halves && limit.is_none() {
                 // What holds may not be refused at half its step: `build` says so where it is.
                 match hard.build(pair, &[], 0.5) {
-                    Ok(case) => jobs.push(Job::new(number, hard, pair, Variant::Halved, case)),
+                    Ok(case) => jobs.push(Job::new(number, hard, pair, RunVariant::Halved, case)),
                     Err(refusal) => refused(&mut row, hard, &refusal),
                 }
             }
-            jobs.push(Job::new(number, hard, pair, Variant::AsItIs, case));
+            jobs.push(Job::new(number, hard, pair, RunVariant::AsItIs, case));
             if let Some(changes) = limit.map(|limit| &limit.from).filter(|changes| !changes.is_empty()) {
                 match hard.build(pair, changes, 1.0 / hard.times_step) {
-                    Ok(case) => jobs.push(Job::new(number, hard, pair, Variant::AtLimit, case)),
+                    Ok(case) => jobs.push(Job::new(number, hard, pair, RunVariant::AtLimit, case)),
                     Err(refusal) => refused(&mut row, hard, &refusal),
                 }
             }

@@ -61,7 +61,7 @@ impl Target {
     ///
     /// `None` when anything is wrong; then `problems` has got the faults.
     pub fn build(
-        spec: &spec::Target,
+        spec: &spec::TargetSpec,
         files: &Files<'_>,
         place: &str,
         problems: &mut Problems,
@@ -114,7 +114,7 @@ impl Target {
 }
 
 /// A scene that was made in code, not read, may hold numbers that JSON has no words for.
-fn check_start(spec: &spec::Target, place: &str, problems: &mut Problems) {
+fn check_start(spec: &spec::TargetSpec, place: &str, problems: &mut Problems) {
     let mut check = |key: &str, numbers: &[f64]| {
         if !numbers.iter().all(|number| number.is_finite()) {
             problems.add(join(place, key), format!("{numbers:?}"), "finite numbers");
@@ -190,9 +190,10 @@ mod tests {
     /// Reads and builds a target; the faults when there are any.
     fn build(target: Value, folder: Option<&Path>) -> Result<Target, Vec<String>> {
         let mut problems = Problems::new("test");
-        let built = crate::read::typed::<spec::Target>(&target, "target", &mut problems).and_then(|spec| {
-            Target::build(&spec, &Files::of(folder, &Limits::default()), "target", &mut problems)
-        });
+        let built =
+            crate::read::typed::<spec::TargetSpec>(&target, "target", &mut problems).and_then(|spec| {
+                Target::build(&spec, &Files::of(folder, &Limits::default()), "target", &mut problems)
+            });
         let faults: Vec<_> =
             problems.list.iter().map(|p| format!("{}: {}; {}", p.place, p.found, p.allowed)).collect();
         assert_eq!(built.is_none(), !faults.is_empty(), "{faults:#?}");
@@ -390,7 +391,7 @@ mod tests {
 
     #[test]
     fn numbers_that_are_none_are_faults() {
-        let mut spec: spec::Target =
+        let mut spec: spec::TargetSpec =
             serde_json::from_value(of_parts(json!([{ "cuboid": [1, 1, 1] }]))).unwrap();
         spec.distance_m = f64::NAN;
         spec.spin_rad_s[1] = f64::INFINITY;

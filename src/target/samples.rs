@@ -18,7 +18,7 @@ const DRAWS_PER_SAMPLE: usize = 64;
 
 /// Points in the parts, in the frame of their poses [m].
 pub fn spread(parts: &[ConvexPart]) -> Vec<Vector3<f64>> {
-    let sources: Vec<Source> = parts.iter().map(Source::new).collect();
+    let sources: Vec<Sampler> = parts.iter().map(Sampler::new).collect();
     let (ends, total) = running_sum(parts.iter().map(ConvexPart::volume));
     let mut n_drawn = vec![0; parts.len()];
     let mut samples = Vec::with_capacity(N_SAMPLES);
@@ -37,7 +37,7 @@ pub fn spread(parts: &[ConvexPart]) -> Vec<Vector3<f64>> {
 }
 
 /// Where the points of one part come from.
-enum Source<'a> {
+enum Sampler<'a> {
     /// A box around a solid that fills at least half of it (π/6 for a ball).
     Box { half: Vector3<f64>, solid: &'a Primitive },
     /// Tetrahedra from the middle of a hull to its faces, by volume: a box around a hull may be
@@ -45,8 +45,8 @@ enum Source<'a> {
     Tetrahedra { hull: &'a Hull, middle: Vector3<f64>, ends: Vec<f64>, total: f64 },
 }
 
-impl<'a> Source<'a> {
-    fn new(part: &'a ConvexPart) -> Source<'a> {
+impl<'a> Sampler<'a> {
+    fn new(part: &'a ConvexPart) -> Sampler<'a> {
         let solid = &part.primitive;
         let half = match solid {
             Primitive::Cuboid { half } => Vector3::from(*half),
@@ -62,10 +62,10 @@ impl<'a> Source<'a> {
                     a.dot(&b.cross(&c)).max(0.0)
                 });
                 let (ends, total) = running_sum(volumes);
-                return Source::Tetrahedra { hull, middle, ends, total };
+                return Sampler::Tetrahedra { hull, middle, ends, total };
             }
         };
-        Source::Box { half, solid }
+        Sampler::Box { half, solid }
     }
 
     /// The next point, in the frame of the part; `drawn` counts the Halton points used up.
@@ -74,13 +74,13 @@ impl<'a> Source<'a> {
             let unit = halton(*drawn);
             *drawn += 1;
             match self {
-                Source::Box { half, solid } => {
+                Sampler::Box { half, solid } => {
                     let point = (2.0 * unit - Vector3::repeat(1.0)).component_mul(half);
                     if solid.contains(&point) {
                         return point;
                     }
                 }
-                Source::Tetrahedra { hull, middle, ends, total } => {
+                Sampler::Tetrahedra { hull, middle, ends, total } => {
                     let which = slot(ends, radical_inverse(11, *drawn) * total);
                     let [a, b, c] = hull.triangles[which].map(|v| hull.vertices[v as usize] - middle);
                     let [u, v, w] = fold_into_tetrahedron(unit);

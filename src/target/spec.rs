@@ -8,7 +8,7 @@ use crate::quantity::Positive;
 /// The debris.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Target {
+pub struct TargetSpec {
     /// Name of a shape (`tumblenet list` names them), path of a shape file, or the shape itself.
     pub shape: ShapeChoice,
     /// Distance of its centre of mass along X [m].

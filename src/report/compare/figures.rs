@@ -64,7 +64,7 @@ fn whisker(low: f64, high: f64, y: f64, tip: f64, colour: RGBColor) -> [Mark; 3]
 }
 
 /// A separation that is shown.
-struct Row<'a> {
+struct SeparationRow<'a> {
     name: String,
     colour: RGBColor,
     dashed: bool,
@@ -72,9 +72,9 @@ struct Row<'a> {
 }
 
 /// Every separation that is shown: the base's own first, then each variant against the base.
-fn separations(comparison: &Comparison) -> Vec<Row<'_>> {
+fn separations(comparison: &Comparison) -> Vec<SeparationRow<'_>> {
     let own = comparison.base().and_then(|base| base.own.as_ref());
-    let chaos = own.map(|separation| Row {
+    let chaos = own.map(|separation| SeparationRow {
         name: format!("chaos of {}", comparison.base),
         colour: MUTED,
         dashed: true,
@@ -82,7 +82,7 @@ fn separations(comparison: &Comparison) -> Vec<Row<'_>> {
     });
     let against = comparison.ran().filter_map(|(v, variant, outcome)| {
         let separation = &outcome.against_base.as_ref()?.separation;
-        Some(Row { name: variant.label.clone(), colour: colour(v), dashed: dashed(v), separation })
+        Some(SeparationRow { name: variant.label.clone(), colour: colour(v), dashed: dashed(v), separation })
     });
     chaos.into_iter().chain(against).collect()
 }
@@ -170,7 +170,7 @@ fn difference_over_time(comparison: &Comparison) -> Figure {
         380,
         Vec::new(),
     );
-    for Row { name, colour, dashed, separation } in &rows {
+    for SeparationRow { name, colour, dashed, separation } in &rows {
         let curve = &separation.over_time;
         let opacity = if *colour == MUTED { 0.3 } else { 0.15 };
         let [lower, median, upper] =
@@ -191,7 +191,9 @@ fn difference_over_time(comparison: &Comparison) -> Figure {
         colour: INK,
         ends: false,
     });
-    for Row { colour, separation, .. } in rows.iter().filter(|row| !row.separation.trust_horizon.to_the_end) {
+    for SeparationRow { colour, separation, .. } in
+        rows.iter().filter(|row| !row.separation.trust_horizon.to_the_end)
+    {
         let at = separation.trust_horizon.time_s;
         let points = vec![(at, panel.y.range[0]), (at, distance)];
         panel.marks.push(Mark::Line { points, colour: *colour, width: 1, dashed: true });

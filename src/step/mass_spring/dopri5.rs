@@ -30,7 +30,7 @@ const HALVINGS: u32 = 44;
 
 /// A flight.
 #[derive(Clone, Debug, Default)]
-pub struct Flight {
+pub struct LocatedFlight {
     /// Positions of all knots at the times asked for, as many as were reached [m].
     pub knots: Vec<Vec<Vector3<f64>>>,
     /// Steps taken.
@@ -41,10 +41,10 @@ pub struct Flight {
 
 /// Flies `net` from its fold through `times` [s] (ascending, from 0), with local errors of at most
 /// `tolerance` metres a step, until `go_on` says no.
-pub fn fly(net: &Net, times: &[f64], tolerance: f64, go_on: impl Fn() -> bool) -> Flight {
+pub fn fly(net: &Net, times: &[f64], tolerance: f64, go_on: impl Fn() -> bool) -> LocatedFlight {
     let mut located = Dopri5::new(net, tolerance);
     located.load(&net.folded, &net.launch_velocity, &[]);
-    let mut flight = Flight::default();
+    let mut flight = LocatedFlight::default();
     let mut now = 0.0;
     for &time in times {
         // In short spans, so that there is a place to stop.
@@ -251,7 +251,7 @@ impl Dopri5 {
             if mode_of(cable, &across(&self.trial, cable), &parting(&self.trial, cable)) == *mode {
                 continue;
             }
-            let path = Path::of(self, cable, step);
+            let path = CablePath::of(self, cable, step);
             let left = |share: f64| {
                 let (across, parting) = path.at(share);
                 mode_of(cable, &across, &parting) != *mode
@@ -342,16 +342,16 @@ fn slope(cables: &[Cable], mass: &[f64], push: &[f64], modes: &[Mode], y: &[f64]
 
 /// A cable within a step: position, velocity and acceleration of one end from the other, at both
 /// ends of the step.
-struct Path {
+struct CablePath {
     step: f64,
     from: [Vector3<f64>; 3],
     to: [Vector3<f64>; 3],
 }
 
-impl Path {
-    fn of(net: &Dopri5, cable: &Cable, step: f64) -> Path {
+impl CablePath {
+    fn of(net: &Dopri5, cable: &Cable, step: f64) -> CablePath {
         let of = |y: &[f64], slope: &[f64]| [across(y, cable), parting(y, cable), parting(slope, cable)];
-        Path { step, from: of(&net.y, &net.slopes[0]), to: of(&net.trial, &net.slopes[6]) }
+        CablePath { step, from: of(&net.y, &net.slopes[0]), to: of(&net.trial, &net.slopes[6]) }
     }
 
     /// Position and velocity after a `share` of the step.

@@ -30,14 +30,14 @@ pub struct ExplicitNet {
     push: Components,
     inverse_mass: Vec<f64>,
     acceleration: Components,
-    strands: Strands,
-    stages: Option<Box<Stages>>,
+    strands: CableRuns,
+    stages: Option<Box<RungeKuttaStages>>,
     located: Option<Box<Dopri5>>,
 }
 
 /// Cables in the order of the runs.
-struct Strands {
-    runs: Vec<Run>,
+struct CableRuns {
+    runs: Vec<CableRun>,
     stiffness: Vec<f64>,
     damping: Vec<f64>,
     rest_length: Vec<f64>,
@@ -50,7 +50,7 @@ struct Strands {
 }
 
 /// Cables `first..first + length`, from knots `a..` to knots `b..`.
-struct Run {
+struct CableRun {
     first: usize,
     length: usize,
     a: usize,
@@ -58,7 +58,7 @@ struct Run {
 }
 
 /// What classical RK4 keeps between its stages.
-struct Stages {
+struct RungeKuttaStages {
     position: Components,
     velocity: Components,
     position_sum: Components,
@@ -77,12 +77,12 @@ impl ExplicitNet {
         }
         let stages = (integrator == Integrator::Rk4).then(|| {
             let (position, velocity) = (zeros(), zeros());
-            Box::new(Stages { position, velocity, position_sum: zeros(), velocity_sum: zeros() })
+            Box::new(RungeKuttaStages { position, velocity, position_sum: zeros(), velocity_sum: zeros() })
         });
         let mut kernel = ExplicitNet {
             arch: Arch::new(),
             integrator,
-            strands: Strands::of(&net.cables, &place),
+            strands: CableRuns::of(&net.cables, &place),
             place,
             position: zeros(),
             velocity: zeros(),
@@ -290,7 +290,7 @@ impl NullaryFnOnce for AddScaled<'_> {
 
 /// Acceleration of all knots, for the widest vectors of the processor.
 struct Accelerate<'a> {
-    strands: &'a mut Strands,
+    strands: &'a mut CableRuns,
     position: &'a Components,
     velocity: &'a Components,
     inverse_mass: &'a [f64],
@@ -312,8 +312,8 @@ impl NullaryFnOnce for Accelerate<'_> {
     }
 }
 
-impl Strands {
-    fn of(cables: &[Cable], place: &[usize]) -> Strands {
+impl CableRuns {
+    fn of(cables: &[Cable], place: &[usize]) -> CableRuns {
         let mut order: Vec<(usize, usize, usize)> = cables
             .iter()
             .enumerate()
@@ -324,7 +324,7 @@ impl Strands {
             })
             .collect();
         order.sort_unstable();
-        let mut strands = Strands {
+        let mut strands = CableRuns {
             runs: Vec::new(),
             stiffness: Vec::new(),
             damping: Vec::new(),
@@ -341,7 +341,7 @@ impl Strands {
                 Some((same, expected)) if same == apart && a == expected + 1 => strands.add(None, None),
                 _ => {
                     let first = strands.cable.len();
-                    strands.runs.push(Run { first, length: 0, a, b: a + apart });
+                    strands.runs.push(CableRun { first, length: 0, a, b: a + apart });
                 }
             }
             strands.add(Some(index), Some(&cables[index]));
@@ -375,7 +375,7 @@ impl Strands {
     /// T = max(0, k (r − l₀) + c ṙ) while r > l₀, along the line between the ends (Eq. 3.3).
     #[inline(always)]
     fn pull_run(&mut self, run: usize, position: &Components, velocity: &Components, force: &mut Components) {
-        let Run { first, length: n, a, b } = self.runs[run];
+        let CableRun { first, length: n, a, b } = self.runs[run];
         let [xa, ya, za] = [&position[0][a..a + n], &position[1][a..a + n], &position[2][a..a + n]];
         let [xb, yb, zb] = [&position[0][b..b + n], &position[1][b..b + n], &position[2][b..b + n]];
         let [ua, va, wa] = [&velocity[0][a..a + n], &velocity[1][a..a + n], &velocity[2][a..a + n]];

@@ -124,7 +124,7 @@ pub struct Pair {
 }
 
 /// One run of a reference.
-struct Member {
+struct ReferenceRun {
     name: String,
     knots: Knots,
     /// What it says of the whole run.
@@ -169,12 +169,16 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
         let knots = dopri5::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
         (
             group,
-            Some(Member { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }),
+            Some(ReferenceRun {
+                name: format!("located, {tolerance:.0e} m a step"),
+                knots,
+                scalars: Vec::new(),
+            }),
         )
     };
-    let flown: Vec<(usize, Option<Member>)> =
+    let flown: Vec<(usize, Option<ReferenceRun>)> =
         (0..2 * RUNS).into_par_iter().with_max_len(1).map(fly).collect();
-    let mut groups: [Vec<Member>; 2] = [Vec::new(), Vec::new()];
+    let mut groups: [Vec<ReferenceRun>; 2] = [Vec::new(), Vec::new()];
     for (group, member) in flown {
         groups[group].extend(member);
     }
@@ -222,7 +226,7 @@ fn stepped(
     member: usize,
     request: &Request,
     allowed: Instant,
-) -> Option<Member> {
+) -> Option<ReferenceRun> {
     let end = *request.times.last()?;
     let stages = if integrator == Integrator::Rk4 { 5.0 } else { 1.0 };
     let left = allowed.saturating_duration_since(Instant::now()).as_secs_f64();
@@ -241,7 +245,7 @@ fn stepped(
         format!("{} {:.2} µs", if integrator == Integrator::Rk4 { "RK4" } else { "symplectic" }, 1e6 * step);
     let run = Run::of(&case, |_| {}).ok()?;
     let scalars = if request.whole { scalars(&case, &run) } else { Vec::new() };
-    Some(Member { name, knots: at_times(&run, &request.times), scalars })
+    Some(ReferenceRun { name, knots: at_times(&run, &request.times), scalars })
 }
 
 /// The frames of `run` at `times`, as many as it has.
@@ -257,7 +261,7 @@ pub fn at_times(run: &Run, times: &[f64]) -> Knots {
 impl Reference {
     fn of(
         base: &Case,
-        groups: [Vec<Member>; 2],
+        groups: [Vec<ReferenceRun>; 2],
         methods: [String; 2],
         request: &Request,
     ) -> Option<Reference> {
@@ -292,7 +296,7 @@ impl Reference {
         };
         let horizon = until(&means_apart);
 
-        let unperturbed: Vec<&Member> = groups[0].iter().take(2).chain(groups[1].first()).collect();
+        let unperturbed: Vec<&ReferenceRun> = groups[0].iter().take(2).chain(groups[1].first()).collect();
         let pairs = unperturbed.iter().enumerate().flat_map(|(i, one)| {
             unperturbed[..i].iter().map(move |other| (*other, *one)).collect::<Vec<_>>()
         });
@@ -356,7 +360,7 @@ impl Reference {
     }
 }
 
-fn mean(members: &[Member], frames: usize) -> Knots {
+fn mean(members: &[ReferenceRun], frames: usize) -> Knots {
     let share = 1.0 / members.len() as f64;
     (0..frames)
         .map(|frame| {
@@ -383,7 +387,7 @@ pub fn scalars(case: &Case, run: &Run) -> Vec<(&'static str, f64)> {
     ]
 }
 
-fn quartiles(members: &[Member]) -> BTreeMap<String, Quartiles> {
+fn quartiles(members: &[ReferenceRun]) -> BTreeMap<String, Quartiles> {
     let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in members.iter().flat_map(|member| &member.scalars) {
         values.entry((*name).to_owned()).or_default().push(*value);
