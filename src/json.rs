@@ -6,7 +6,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visi
 use serde_json::{Map, Value};
 
 use crate::problems::Problems;
-use crate::read::join;
+use crate::problems::join;
 
 /// UTF-8's byte order mark; it has no meaning, and JSON does not allow it (RFC 8259, 8.1).
 const MARK: char = '\u{feff}';

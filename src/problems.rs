@@ -110,6 +110,16 @@ impl fmt::Display for Problems {
     }
 }
 
+/// Path `below` under path `above`.
+pub fn join(above: &str, below: &str) -> String {
+    match (above.is_empty(), below.is_empty()) {
+        (true, _) => below.to_owned(),
+        (_, true) => above.to_owned(),
+        _ if below.starts_with('[') => format!("{above}{below}"),
+        _ => format!("{above}.{below}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,6 +12,7 @@ use serde_json::Value;
 
 use crate::json;
 use crate::problems::Problems;
+pub use crate::problems::join;
 
 /// The JSON Schema of `T`.
 pub fn schema<T: JsonSchema>() -> Value {
@@ -198,16 +199,6 @@ fn keys(pointer: &str) -> String {
         }
     }
     path
-}
-
-/// Path `below` under path `above`.
-pub fn join(above: &str, below: &str) -> String {
-    match (above.is_empty(), below.is_empty()) {
-        (true, _) => below.to_owned(),
-        (_, true) => above.to_owned(),
-        _ if below.starts_with('[') => format!("{above}{below}"),
-        _ => format!("{above}.{below}"),
-    }
 }
 
 fn describe(value: &Value) -> String {

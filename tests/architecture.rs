@@ -84,12 +84,14 @@ fn types(sources: &[(String, String)]) -> BTreeMap<String, Vec<String>> {
     let mut types: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (file, code) in sources {
         for line in code.lines() {
-            let line = line.trim_start();
-            let line = line.strip_prefix("pub ").or(line.strip_prefix("pub(crate) ")).unwrap_or(line);
+            let declared = line.trim_start();
+            let declared =
+                declared.strip_prefix("pub ").or(declared.strip_prefix("pub(crate) ")).unwrap_or(declared);
             let kinds = ["struct ", "enum ", "trait ", "type "];
-            // Types associated with a trait are its own: `type Output = ();`.
-            let name = kinds.iter().find_map(|kind| line.strip_prefix(kind)).map(word);
-            if let Some(name) = name.filter(|name| *name != "Output" || !line.starts_with("type")) {
+            // Types associated with a trait are its own: `type Output = ();` within a block.
+            let is_own = !(declared.starts_with("type ") && line.starts_with(' '));
+            let name = kinds.iter().find_map(|kind| declared.strip_prefix(kind)).map(word);
+            if let Some(name) = name.filter(|_| is_own) {
                 types.entry(name.to_owned()).or_default().push(file.clone());
             }
         }

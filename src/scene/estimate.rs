@@ -4,8 +4,8 @@
 
 use crate::contact::pairs;
 use crate::net::Net;
-use crate::scene::schema::Scene;
 use crate::options::TimeStep;
+use crate::scene::schema::Scene;
 use crate::solver::{CableModel, ContactModel};
 use crate::step::limits::Demands;
 use crate::target::Target;
@@ -40,11 +40,7 @@ const PART: f64 = 4e3;
 const CORNER: f64 = 1500.0;
 
 /// Memory that each place of a scene asks for [bytes].
-pub fn memory(
-    scene: &Scene,
-    demands: &Demands<'_>,
-    time_step: TimeStep,
-) -> Vec<(&'static str, f64)> {
+pub fn memory(scene: &Scene, demands: &Demands<'_>, time_step: TimeStep) -> Vec<(&'static str, f64)> {
     let Demands { net, target, .. } = *demands;
     let (n_knots, n_cables) = (net.n_knots() as f64, net.cables.len() as f64);
     let a_cable = match scene.solver.cables {
@@ -64,8 +60,7 @@ pub fn memory(
     let Some(target) = target else { return all };
     all.push(("target.shape", target.parts.iter().map(a_part).sum()));
     // A detection sees as far as the reach, and as a snap may throw a knot within a step.
-    let reach =
-        demands.contact_margin() + 2.0 * time_step.step * demands.fastest();
+    let reach = demands.contact_margin() + 2.0 * time_step.step * demands.fastest();
     let touching = TOUCHING * covering(target, reach);
     all.push(("net.meshes", touching * n_knots));
     if scene.solver.contact != ContactModel::Rapier {

@@ -56,10 +56,7 @@ impl Method for Explicit {
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
-        Box::new(MassSpring {
-            watch: own_response(context),
-            ..MassSpring::new(context, context.time_step)
-        })
+        Box::new(MassSpring { watch: own_response(context), ..MassSpring::new(context, context.time_step) })
     }
 }
 
