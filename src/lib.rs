@@ -38,7 +38,7 @@
 //! | [`work`], [`failure`] | what a step cost; what ends a run |
 //! | [`interaction`] | the contracts between what a scene calls for and the methods that step it |
 //! | [`world`] | the engine behind our words; every engine setting |
-//! | [`contact`] | how a contact is answered |
+//! | [`contact`] | how contacts are found and solved: one pipeline, one row |
 //! | [`options`], [`step`] | what is built from what; a step with joints of the engine, or with a mass-spring net of our own |
 //! | [`closing`] | threads, winches, triggers, locks |
 //! | [`field`] | gravity and frames that turn |

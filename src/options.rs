@@ -1,5 +1,6 @@
 //! What effects and steppers are built from.
 
+use crate::contact::ContactSettings;
 use crate::friction::Law;
 use crate::limits::Limits;
 use crate::net::Net;
@@ -43,8 +44,22 @@ pub struct BuildContext<'a> {
     pub options: BuildOptions,
     /// Whether constraints and contacts of effects act in every sub-step, not once a step or part of one.
     pub acts_in_substeps: bool,
-    /// Distance from which responses of our own watch the net [m].
+    /// Distance from which solvers of our own look for contacts [m].
     pub contact_margin: f64,
     /// Speed of contact that steps are chosen for [m/s].
     pub contact_speed: f64,
+}
+
+impl<'a> BuildContext<'a> {
+    /// What contacts with the target are made of; none without a target.
+    pub fn contact_settings(&self) -> Option<ContactSettings<'a>> {
+        Some(ContactSettings {
+            net: self.net,
+            target: self.target?,
+            solver: self.solver,
+            friction: self.options.friction,
+            margin: self.contact_margin,
+            speed: self.contact_speed,
+        })
+    }
 }

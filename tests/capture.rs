@@ -88,7 +88,7 @@ fn a_stage_is_hardly_turned() {
 fn knots_do_not_sink_into_the_target() {
     for summary in all() {
         let depth = summary.contact.map_or(0.0, |contact| contact.max_penetration_m);
-        assert!(depth <= 2e-4, "{}: {depth}", summary.title); // measured at most 1.8e-6
+        assert!(depth < 2e-5, "{}: {depth}", summary.title); // measured at most 1.8e-6
     }
 }
 
@@ -97,7 +97,7 @@ fn momentum_is_kept() {
     for summary in all() {
         let (title, found) = (&summary.title, summary.conservation);
         // Measured at most 1e-13; the angular at most 1e-5, where the Cubesat turns at 0.5 rad/s.
-        assert!(found.momentum_residual < 1e-9, "{title}: {found:?}");
+        assert!(found.momentum_residual < 1e-12, "{title}: {found:?}");
         assert!(found.angular_momentum_residual < 1e-4, "{title}: {found:?}");
     }
 }
@@ -108,7 +108,7 @@ fn energy_does_not_come_from_nowhere() {
         let (title, found) = (&summary.title, summary.conservation);
         // Measured at most 1e-4 and 5e-4, the latter at 2 rad/s.
         assert!(found.energy_rise < 1e-3, "{title}: {found:?}");
-        assert!(found.energy_residual < 0.02, "{title}: {found:?}");
+        assert!(found.energy_residual < 5e-3, "{title}: {found:?}");
         assert!(found.energy_end_j < found.energy_start_j, "{title}: {found:?}");
     }
 }

@@ -5,7 +5,7 @@ mod common;
 
 use std::sync::OnceLock;
 
-use common::{below, captured, ensemble, scene, within};
+use common::{FAST_PAIRS, below, captured, changes_of, ensemble, scene, within};
 use nalgebra::{Vector3, vector};
 use rayon::prelude::*;
 use tumblenet::case::Case;
@@ -17,10 +17,8 @@ use tumblenet::interaction::SubstepConstraint;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::{ClosingSummary, Summary};
 use tumblenet::run::Run;
+use tumblenet::solver::CableModel;
 use tumblenet::state::Knots;
-
-const PAIRS: [[&str; 2]; 2] =
-    [["solver.cables=joints", "solver.contact=rapier"], ["solver.cables=explicit", "solver.contact=impulse"]];
 
 const LAYOUTS: [&str; 4] = ["tube", "interlaced", "free", "cinch"];
 
@@ -60,10 +58,11 @@ impl Done {
 fn closings() -> &'static [Done] {
     static SHARED: OnceLock<Vec<Done>> = OnceLock::new();
     SHARED.get_or_init(|| {
-        let all: Vec<_> = LAYOUTS.iter().flat_map(|layout| PAIRS.map(|pair| (*layout, pair))).collect();
-        let one = |(layout, pair): (&str, [&str; 2])| {
+        let all: Vec<_> = LAYOUTS.iter().flat_map(|layout| FAST_PAIRS.map(|pair| (*layout, pair))).collect();
+        let one = |(layout, pair): (&str, &str)| {
             let layout = format!("effects.closing.layout={layout}");
-            Done::of("cubesat-spin-x-2.0-tube", &["duration_s=1.6", &layout, pair[0], pair[1]])
+            let [cables, contact] = changes_of(pair);
+            Done::of("cubesat-spin-x-2.0-tube", &["duration_s=1.6", &layout, &cables, &contact])
         };
         all.into_par_iter().map(one).collect()
     })
@@ -134,11 +133,14 @@ fn no_thread_pays_out_and_no_winch_exceeds_its_limit() {
 fn momentum_and_energy_close_with_the_winch_on() {
     for done in closings() {
         let kept = done.summary.conservation;
-        below(&format!("{}: momentum", done.name), kept.momentum_residual, 1e-9); // measured 1e-13
-        below(&format!("{}: energy", done.name), kept.energy_residual, 0.02); // measured 5e-6
+        below(&format!("{}: momentum", done.name), kept.momentum_residual, 4e-13); // measured 4e-14
+        // Measured 8e-6 and 1e-12: threads of explicit cables act in every sub-step.
+        let is_explicit = done.case.scene.solver.cables == CableModel::Explicit;
+        let residual = if is_explicit { 1e-11 } else { 8e-5 };
+        below(&format!("{}: energy", done.name), kept.energy_residual, residual);
         // Nothing with explicit cables. With joints the threads' share in a step that throws light knots about
         // is known to some 1e-3 of the launch energy, which the next steps give back.
-        below(&format!("{}: energy rise", done.name), kept.energy_rise, 2e-3);
+        below(&format!("{}: energy rise", done.name), kept.energy_rise, 4e-4); // measured 4e-5
         let closing = done.closing();
         assert!(closing.winch_work_j > 0.0, "{}", done.name);
     }
@@ -189,9 +191,10 @@ const JAMS: [Jam; 2] = [
 /// Reeling for 10 s at the tension limit: the net comes to rest, and nothing gains energy.
 #[test]
 fn a_jammed_winch_is_steady_and_gains_no_energy() {
-    let all: Vec<_> = JAMS.iter().flat_map(|jam| PAIRS.map(|pair| (jam, pair))).collect();
-    let one = |(jam, pair): (&'static Jam, [&str; 2])| {
-        (jam, Done::of(jam.scene, &[jam.changes, &pair[..]].concat()))
+    let all: Vec<_> = JAMS.iter().flat_map(|jam| FAST_PAIRS.map(|pair| (jam, pair))).collect();
+    let one = |(jam, pair): (&'static Jam, &str)| {
+        let [cables, contact] = changes_of(pair);
+        (jam, Done::of(jam.scene, &[jam.changes, &[&cables, &contact]].concat()))
     };
     let jams: Vec<(&Jam, Done)> = all.into_par_iter().map(one).collect();
     for (jam, done) in &jams {
@@ -271,10 +274,11 @@ fn every_trigger_fires_at_its_event() {
 #[test]
 fn a_fast_cubesat_is_captured_with_a_closing_thread_under_both_solvers() {
     for name in ["cubesat-spin-x-2.0-tube", "cubesat-spin-z-2.0-tube"] {
-        for pair in PAIRS {
-            let members = ensemble(&scene(name, &["duration_s=2.0", pair[0], pair[1]]), 3);
+        for pair in FAST_PAIRS {
+            let [cables, contact] = changes_of(pair);
+            let members = ensemble(&scene(name, &["duration_s=2.0", &cables, &contact]), 3);
             // Measured 10 of 10 each, about x 0 of 10 without a thread.
-            assert_eq!(captured(&members), members.len(), "{name} {pair:?}");
+            assert_eq!(captured(&members), members.len(), "{name} {pair}");
         }
     }
 }
@@ -292,6 +296,28 @@ fn a_closed_net_holds_its_target_when_it_is_tugged_at() {
     };
     assert_eq!(held("cubesat-spin-x-2.0-tube"), Some(true));
     assert_eq!(held("cubesat-spin-x-2.0"), Some(false));
+}
+
+/// A target that weighs less than the net is driven off by the first touch, at half a metre a second: the
+/// net flies with it, and the thread closes behind it all the same.
+#[test]
+fn a_net_closes_around_a_target_that_moves_away() {
+    for pair in FAST_PAIRS {
+        let [cables, contact] = changes_of(pair);
+        let changes = ["duration_s=2.0", "target.mass_kg=0.1", &cables, &contact];
+        let done = Done::of("cubesat-spin-x-2.0-tube", &changes);
+        let away = done.summary.target.as_ref().unwrap().displacement_m[0];
+        within(&format!("{pair}: driven off by, m"), away, [0.7, 1.1]); // measured 0.89 and 0.90
+        assert!(done.summary.capture.unwrap().captured, "{pair}: {:?}", done.summary.capture);
+        let closing = done.closing();
+        below(&format!("{pair}: excess"), closing.max_excess, 5e-3); // measured 7e-4 and 1e-4
+        let kept = done.summary.conservation;
+        below(&format!("{pair}: momentum"), kept.momentum_residual, 1e-13); // measured 5e-15
+        // Measured 2.8e-4 and 2e-13, of energies as in the closings above.
+        let residual = if cables.ends_with("explicit") { 2e-12 } else { 3e-3 };
+        below(&format!("{pair}: energy"), kept.energy_residual, residual);
+        below(&format!("{pair}: energy rise"), kept.energy_rise, 4e-4); // measured 4e-5
+    }
 }
 
 /// A period of 2π / 2 s from the closing on, at about 1 s.

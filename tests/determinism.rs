@@ -80,7 +80,7 @@ fn a_member_depends_on_its_number_and_seed_only() {
 const HASHES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/state_hashes.json");
 
 /// Runs whose last state is hashed: every built-in scene for 0.3 s, and some past the first contact,
-/// one for each method and width of numbers.
+/// one for each method and width of numbers, and with all that touches.
 fn hashed() -> Vec<(&'static str, String)> {
     let short = Kind::Scene.names().into_iter().map(|name| (name, "duration_s=0.3".to_owned()));
     let tube = ("cubesat-spin-x-2.0-tube", "duration_s=1.5".to_owned());
@@ -95,7 +95,13 @@ fn hashed() -> Vec<(&'static str, String)> {
         let changes: Vec<_> = solver.split(' ').map(|change| format!("solver.{change}")).collect();
         ("cubesat-free", format!("duration_s=0.9 {}", changes.join(" ")))
     });
-    short.chain([tube]).chain(past_contact).collect()
+    // Everything that touches at once.
+    let effects = r#"effects.cable_contact={} effects.self_contact={} effects.friction={"coefficient":0.3}"#;
+    let touching = ["explicit+impulse", "explicit+penalty"].map(|pair| {
+        let changes = format!("duration_s=1.2 {} {effects}", common::changes_of(pair).join(" "));
+        ("cubesat-spin-x-2.0-tube", changes)
+    });
+    short.chain([tube]).chain(touching).chain(past_contact).collect()
 }
 
 /// A change of method changes hashes, and nothing else may: not the threads, not the profile, not

@@ -7,7 +7,7 @@ use common::{below, case_of, knots, small_scene, tie, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
-use tumblenet::contact::rapier::Rapier;
+use tumblenet::contact::engine::EngineContacts;
 use tumblenet::failure::Failure;
 use tumblenet::friction::Law;
 use tumblenet::net::Net;
@@ -173,7 +173,7 @@ fn a_knot_bounces_as_the_restitution_says() {
         let net = knots(&[(0.01, [-0.01, 0.0, 0.0], [1.0, 0.4, 0.0])]);
         let plate = plate("fixed");
         let mut world = World::new(&net, Some(&plate), &setup());
-        let mut answer = Rapier::new(&net, &plate, restitution);
+        let mut answer = EngineContacts::new(&net, &plate, restitution);
         let mut state = State::default();
         world.read(&mut state);
         for _ in 0..100 {

@@ -16,16 +16,12 @@
 //! The force is explicit over a (sub-)step h, which must resolve the contact: h below 2 / ω with
 //! ω² = n k δⁿ⁻¹ / m at the deepest overlap that a knot reaches at a given speed.
 
-use nalgebra::Vector3;
-
-use super::friction::slowing_impulse;
-use super::{Mobility, Row};
-use crate::friction::Law;
+use super::row::ContactRow;
 use crate::net::Net;
 use crate::solver;
 use crate::solver::PenaltyLaw;
 
-/// The penalty response.
+/// The force of a penalty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Penalty {
     law: PenaltyLaw,
@@ -34,12 +30,11 @@ pub struct Penalty {
     exponent: f64,
     /// d over k for Hunt and Crossley [s/m]; d itself for the spring-dashpot [N s/m].
     damping: f64,
-    friction: Option<Law>,
 }
 
 impl Penalty {
-    /// The response to contacts of `net`.
-    pub fn new(net: &Net, parameters: &solver::Penalty, friction: Option<Law>) -> Penalty {
+    /// That of contacts of `net`.
+    pub fn new(net: &Net, parameters: &solver::Penalty) -> Penalty {
         let linear = parameters.law == PenaltyLaw::SpringDashpot;
         let stiffness = |knot: usize| match parameters.stiffness {
             Some(stiffness) => stiffness.0,
@@ -58,25 +53,17 @@ impl Penalty {
                 PenaltyLaw::Hertz => 0.0,
                 PenaltyLaw::HuntCrossley => 1.5 * parameters.alpha_s_m,
             },
-            friction,
         }
     }
 
-    /// Impulse on the knot of each row within a step of `step` seconds: along the normal and across
-    /// it [N s].
-    pub fn respond(
-        &self,
-        rows: &[Row],
-        mobility: &Mobility,
-        step: f64,
-        impulses: &mut Vec<(f64, Vector3<f64>)>,
-    ) {
-        impulses.clear();
-        impulses.extend(rows.iter().map(|row| {
-            let normal = step * self.force(row.knot, -row.gap, -row.speed());
-            let across = self.friction.map(|law| slowing_impulse(&law, row, mobility, normal));
-            (normal, across.unwrap_or_default())
-        }));
+    /// Writes the impulse of each row within a step of `step` seconds [N s]; overlaps deeper than `deepest` of
+    /// their first knot count as that deep [m].
+    pub fn solve(&self, rows: &mut [ContactRow], step: f64, deepest: Option<&[f64]>) {
+        for row in rows {
+            let (knot, overlap) = (row.weights.first(), -row.gap);
+            let depth = deepest.map_or(overlap, |deepest| overlap.min(deepest[knot]));
+            row.impulse = step * self.force(knot, depth, -row.speed);
+        }
     }
 
     /// Normal force on a knot at overlap `depth` [m] that grows at `rate` [m/s]   [N].
@@ -142,7 +129,6 @@ mod tests {
             stiffness: vec![1e6],
             exponent: if linear { 1.0 } else { 1.5 },
             damping: if linear { 5.0 } else { 0.3 },
-            friction: None,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Contact of whole cables with the target, not of knots alone.
 //!
 //! Without it a cable goes through the target wherever no knot stops it: over edges, and where
-//! the target is smaller than a mesh. The physics stands in [`crate::contact::cables`]. Contacts are
+//! the target is smaller than a mesh. The physics stands in [`crate::contact::cable_planes`]. Contacts are
 //! answered as the solver's `contact` says, impulses shared by the two end knots:
 //!
 //! | solver | how |
@@ -18,11 +18,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Parameters;
-use crate::contact::cables::{CableWatch, Response};
-use crate::contact::penalty::Penalty;
+use crate::contact::row::MarkedKnots;
+use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
 use crate::options::BuildContext;
-use crate::solver::ContactModel;
 use crate::state::{Body, Contact, EffectWork, Knots, State};
 
 /// Contact of cables has no parameters of its own.
@@ -32,39 +31,32 @@ pub struct CableContact {}
 
 impl Parameters for CableContact {
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
-        let BuildContext { net, target, solver, options, contact_margin, .. } = *context;
-        let response = match solver.contact {
-            ContactModel::Penalty => Response::Penalty {
-                force: Penalty::new(net, &solver.penalty, None),
-                speed: context.contact_speed,
-            },
-            ContactModel::Rapier | ContactModel::Impulse => {
-                Response::Impulse { restitution: solver.restitution }
-            }
-        };
-        let watch = target
-            .map(|target| CableWatch::new(net, target, contact_margin, response, options.friction, solver));
-        let about = match watch {
-            Some(_) => format!("a capsule for each of {} cables, to detect with", net.cables.len()),
+        let contacts = context.contact_settings().map(|settings| settings.of_cables());
+        let about = match contacts {
+            Some(_) => format!("a capsule for each of {} cables, to detect with", context.net.cables.len()),
             None => "nothing: the scene has no target".to_owned(),
         };
+        let inverse_mass = context.net.mass.iter().map(|mass| 1.0 / mass).collect();
         let step = context.time_step.step;
-        Interaction::new("cable_contact", about, Capsules { watch, step, stored: 0.0 }).internal()
+        let cables = TouchingCables { contacts, inverse_mass, step, stored: 0.0 };
+        Interaction::new("cable_contact", about, cables).internal()
     }
 }
 
 /// The cables under way.
-struct Capsules {
+struct TouchingCables {
     /// None without a target.
-    watch: Option<CableWatch>,
+    contacts: Option<SurfaceContacts>,
+    /// Of each knot [1/kg].
+    inverse_mass: Vec<f64>,
     step: f64,
     /// Energy that it held after the last step [J].
     stored: f64,
 }
 
-impl Effect for Capsules {
+impl Effect for TouchingCables {
     fn contacts(&mut self) -> Option<&mut dyn ContactLaw> {
-        if self.watch.is_some() { Some(self) } else { None }
+        if self.contacts.is_some() { Some(self) } else { None }
     }
 
     fn observer(&mut self) -> Option<&mut dyn StepObserver> {
@@ -72,34 +64,35 @@ impl Effect for Capsules {
     }
 }
 
-impl ContactLaw for Capsules {
+impl ContactLaw for TouchingCables {
     fn solve(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
-        if let (Some(watch), Some(body)) = (&mut self.watch, target) {
-            watch.answer(knots, body, step, touched);
+        if let (Some(contacts), Some(body)) = (&mut self.contacts, target) {
+            let mut net = MarkedKnots { knots, inverse_mass: &self.inverse_mass, touched };
+            contacts.solve(&mut net, body, step);
         }
     }
 
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
-        if let Some(watch) = &self.watch {
-            watch.report(before, after, contacts);
+        if let Some(own) = &self.contacts {
+            own.report(before, after, contacts);
         }
     }
 
     fn detection(&self) -> (usize, u64) {
-        self.watch.as_ref().map_or((0, 0), |watch| (watch.n_colliders(), watch.n_detections))
+        self.contacts.as_ref().map_or((0, 0), |own| (own.n_colliders(), own.n_detections))
     }
 }
 
-impl StepObserver for Capsules {
+impl StepObserver for TouchingCables {
     fn start_of_step(&mut self, state: &State) {
-        if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
-            watch.look(state, body, self.step);
+        if let (Some(contacts), Some(body)) = (&mut self.contacts, &state.target) {
+            contacts.update(state, body, self.step);
         }
     }
 
     fn stored_energy(&self, state: &State) -> f64 {
-        let bodies = self.watch.as_ref().zip(state.target.as_ref());
-        bodies.map_or(0.0, |(watch, body)| watch.stored_energy(&state.knots, body))
+        let bodies = self.contacts.as_ref().zip(state.target.as_ref());
+        bodies.map_or(0.0, |(contacts, body)| contacts.stored_energy(&state.knots, body))
     }
 
     /// Impulses and moments that a held target passes to the outside are booked with all contacts.

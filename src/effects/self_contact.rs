@@ -1,6 +1,6 @@
 //! Contact of the net with itself (Section 6.3, item 5): cables and bullets against each other.
 //!
-//! The physics stands in [`crate::contact::pairs`]. It is frictionless: a cable of ours cannot bear the
+//! The physics stands in [`crate::contact::strands`]. It is frictionless: a cable of ours cannot bear the
 //! moment that friction between two of them would put on it. Internal to the net: it takes energy
 //! out and moves momentum between knots.
 
@@ -8,7 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Parameters;
-use crate::contact::pairs::{PairWatch, bullet_radius};
+use crate::contact::row::MarkedKnots;
+use crate::contact::strands::{StrandContacts, bullet_radius};
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
 use crate::options::BuildContext;
 use crate::quantity::Positive;
@@ -31,16 +32,19 @@ impl Parameters for SelfContact {
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
-        let watch = PairWatch::new(net, bullet_radius, self.restitution);
-        let (n_pairs, millimetres) = (watch.n_pairs(), 1e3 * bullet_radius);
+        let contacts = StrandContacts::new(net, bullet_radius, self.restitution);
+        let (n_pairs, millimetres) = (contacts.n_pairs(), 1e3 * bullet_radius);
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
-        Interaction::new("self_contact", about, Strands { watch }).internal()
+        let inverse_mass = net.mass.iter().map(|mass| 1.0 / mass).collect();
+        Interaction::new("self_contact", about, Strands { contacts, inverse_mass }).internal()
     }
 }
 
 /// The net's strands under way.
 struct Strands {
-    watch: PairWatch,
+    contacts: StrandContacts,
+    /// Of each knot [1/kg].
+    inverse_mass: Vec<f64>,
 }
 
 impl Effect for Strands {
@@ -55,12 +59,13 @@ impl Effect for Strands {
 
 impl ContactLaw for Strands {
     fn solve(&mut self, knots: &mut Knots, _: &mut Option<Body>, step: f64, touched: &mut [bool]) {
-        self.watch.answer(knots, step, touched);
+        let mut net = MarkedKnots { knots, inverse_mass: &self.inverse_mass, touched };
+        self.contacts.solve(&mut net, step);
     }
 }
 
 impl StepObserver for Strands {
     fn end_of_step(&mut self, before: &State, after: &State) -> EffectWork {
-        self.watch.account(&before.knots, &after.knots)
+        self.contacts.account(&before.knots, &after.knots)
     }
 }

@@ -55,7 +55,7 @@ impl Demands<'_> {
         self.target.map_or(f64::INFINITY, |target| 0.5 * target.thinnest / self.fastest())
     }
 
-    /// Distance from which responses of our own watch a knot [m].
+    /// Distance from which solvers of our own look for contacts [m].
     pub fn contact_margin(&self) -> f64 {
         let thinnest = self.target.map_or(0.0, |target| target.thinnest);
         let thickest = self.net.radius.iter().copied().fold(0.0, f64::max);
@@ -72,6 +72,6 @@ impl Demands<'_> {
         if !self.has_contact_force() {
             return f64::INFINITY;
         }
-        Penalty::new(self.net, &self.solver.penalty, None).stable_step(self.net, self.contact_speed())
+        Penalty::new(self.net, &self.solver.penalty).stable_step(self.net, self.contact_speed())
     }
 }

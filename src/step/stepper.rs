@@ -1,12 +1,9 @@
 //! What every method owes: limits before it is built, a step, and what the step says of itself.
 
-use crate::contact::impulse::Impulse;
-use crate::contact::penalty::Penalty;
-use crate::contact::watch::{Response, Watch};
 use crate::failure::Failure;
 use crate::interaction::Interactions;
 use crate::options::BuildContext;
-use crate::solver::{ContactModel, Solver};
+use crate::solver::Solver;
 use crate::state::State;
 use crate::step::limits::{Demands, StepLimits};
 use crate::work::Work;
@@ -56,16 +53,4 @@ pub trait Method: Sync {
 
     /// Builds it.
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper>;
-}
-
-/// The watch over the target for a response of our own, as any method may use it; none for the engine's, or without a target.
-pub fn own_response(context: &BuildContext<'_>) -> Option<Watch> {
-    let BuildContext { net, solver, options, .. } = *context;
-    let target = context.target?;
-    let response = match solver.contact {
-        ContactModel::Rapier => return None,
-        ContactModel::Impulse => Response::Impulse(Impulse::new(solver.restitution, options.friction)),
-        ContactModel::Penalty => Response::Penalty(Penalty::new(net, &solver.penalty, options.friction)),
-    };
-    Some(Watch::new(net, target, context.contact_margin, response, solver.precision))
 }

@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::convert::{engines, engines_pose_of, number, ours, real};
 use super::detector::{Parts, Scan};
-use super::rapier::prelude::{ColliderBuilder, ColliderHandle};
+use super::rapier::prelude::{ColliderBuilder, ColliderHandle, ContactPair};
 use super::{CABLES, TARGET};
 use crate::net::Net;
 use crate::state::{Along, Body, Contact, Knots, State};
@@ -82,54 +82,14 @@ impl CableDetector {
         CableDetector { scan, parts, solids: target.parts.clone(), capsules }
     }
 
-    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
+    pub fn detect(&mut self, state: &State, body: &Body, margin: f64, contacts: &mut Vec<Contact>) {
         let knots = &state.knots;
         self.parts.place(&mut self.scan, body);
         self.capsules.place(&mut self.scan, knots);
-        self.scan.run(reach);
+        self.scan.run(margin);
         contacts.clear();
         for pair in self.scan.narrow_phase.contact_pairs() {
-            let colliders = &self.scan.colliders;
-            let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
-            else {
-                continue;
-            };
-            let cable_is_first = first.collision_groups().memberships == CABLES;
-            let (cable, part) = if cable_is_first { (first, second) } else { (second, first) };
-            let (cable, part) = (cable.user_data as usize, part.user_data as usize);
-            let [a, b] = self.capsules.ends[cable];
-            let across = knots.position[b] - knots.position[a];
-            for manifold in pair.solver_manifolds() {
-                let normal = if cable_is_first { -manifold.data.normal } else { manifold.data.normal };
-                let normal = ours(normal);
-                for point in &manifold.points {
-                    // From the part's surface to the middle line of the cable.
-                    let on_part = if cable_is_first {
-                        second.position() * point.local_p2
-                    } else {
-                        first.position() * point.local_p1
-                    };
-                    let on_part = ours(on_part);
-                    let place = on_part + (number(point.dist) + self.capsules.radius[cable]) * normal;
-                    let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
-                    let across_cable = normal.dot(&across).abs() <= SQUARE * across.norm();
-                    let margin = if across_cable { 0.0 } else { AT_KNOT };
-                    if !(margin..=1.0 - margin).contains(&share)
-                        || !self.bounds(part, body, &normal, &on_part)
-                    {
-                        continue;
-                    }
-                    contacts.push(Contact {
-                        knot: a,
-                        along: Some(Along { cable, end: b, share }),
-                        part,
-                        point: on_part,
-                        normal,
-                        gap: number(point.dist),
-                        ..Contact::default()
-                    });
-                }
-            }
+            self.add_places(pair, knots, body, contacts);
         }
         let place = |contact: &Contact| contact.along.map_or((0, 0.0), |along| (along.cable, along.share));
         contacts.sort_by(|one, other| {
@@ -141,6 +101,49 @@ impl CableDetector {
                 && later.part == kept.part
                 && place(later).1 - place(kept).1 < SAME_PLACE
         });
+    }
+
+    /// Adds the places of a pair of cable and part.
+    fn add_places(&self, pair: &ContactPair, knots: &Knots, body: &Body, contacts: &mut Vec<Contact>) {
+        let colliders = &self.scan.colliders;
+        let (Some(first), Some(second)) = (colliders.get(pair.collider1), colliders.get(pair.collider2))
+        else {
+            return;
+        };
+        let cable_is_first = first.collision_groups().memberships == CABLES;
+        let (cable, part) = if cable_is_first { (first, second) } else { (second, first) };
+        let (cable, part) = (cable.user_data as usize, part.user_data as usize);
+        let [a, b] = self.capsules.ends[cable];
+        let across = knots.position[b] - knots.position[a];
+        for manifold in pair.solver_manifolds() {
+            let normal = if cable_is_first { -manifold.data.normal } else { manifold.data.normal };
+            let normal = ours(normal);
+            for point in &manifold.points {
+                // From the part's surface to the middle line of the cable.
+                let on_part = if cable_is_first {
+                    second.position() * point.local_p2
+                } else {
+                    first.position() * point.local_p1
+                };
+                let on_part = ours(on_part);
+                let place = on_part + (number(point.dist) + self.capsules.radius[cable]) * normal;
+                let share = across.dot(&(place - knots.position[a])) / across.norm_squared();
+                let is_square = normal.dot(&across).abs() <= SQUARE * across.norm();
+                let margin = if is_square { 0.0 } else { AT_KNOT };
+                if !(margin..=1.0 - margin).contains(&share) || !self.bounds(part, body, &normal, &on_part) {
+                    continue;
+                }
+                contacts.push(Contact {
+                    knot: a,
+                    along: Some(Along { cable, end: b, share }),
+                    part,
+                    point: on_part,
+                    normal,
+                    gap: number(point.dist),
+                    ..Contact::default()
+                });
+            }
+        }
     }
 
     /// Whether the plane through `point` with `normal` has all of a part behind it.

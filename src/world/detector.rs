@@ -29,15 +29,15 @@ impl Detector {
         Detector { scan, knots }
     }
 
-    /// Contacts whose gap is at most `reach` [m], in the body frame and in the order of knots and parts; the
+    /// Contacts whose gap is at most `margin` [m], in the body frame and in the order of knots and parts; the
     /// `renewed` knots are moved to new places in that frame. The engine looks at no other again.
-    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], reach: f64, contacts: &mut Vec<Contact>) {
+    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], margin: f64, contacts: &mut Vec<Contact>) {
         for (knot, at) in renewed {
             if let Some(collider) = self.scan.collider(self.knots[*knot]) {
                 collider.set_translation(engines(at));
             }
         }
-        self.scan.run(reach);
+        self.scan.run(margin);
         read_contacts(&self.scan.narrow_phase, &self.scan.colliders, contacts);
     }
 
@@ -86,10 +86,10 @@ impl Scan {
         self.colliders.get_mut(handle)
     }
 
-    /// Detects what is at most `reach` apart [m] where the colliders are now.
-    pub fn run(&mut self, reach: f64) {
+    /// Detects what is at most `margin` apart [m] where the colliders are now.
+    pub fn run(&mut self, margin: f64) {
         self.pipeline.step(
-            real(reach),
+            real(margin),
             &mut self.islands,
             &mut self.broad_phase,
             &mut self.narrow_phase,

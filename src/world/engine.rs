@@ -342,7 +342,7 @@ fn contact_collider(
 ) -> Collider {
     builder
         .density(0.0)
-        // Restitution is ours: see `contact::rapier`.
+        // Restitution is ours: see `contact::engine`.
         .restitution(0.0)
         .friction(real(setup.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY))))
         .active_hooks(match setup.friction {

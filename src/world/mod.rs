@@ -166,7 +166,7 @@ impl World {
 
 /// Contacts from the engine's narrow phase, without its dynamics.
 ///
-/// The responses of our own ([`crate::contact`]) ask for the contacts at the pose just set; the
+/// The solvers of our own ([`crate::contact`]) ask for the contacts at the pose just set; the
 /// engine's full step would report gaps at the start of the step, and answer them itself.
 pub struct Detector(Finder);
 
@@ -184,10 +184,10 @@ impl Detector {
         })
     }
 
-    /// Contacts whose gap is at most `reach` [m], in the body frame and in the order of knots and parts; the
+    /// Contacts whose gap is at most `margin` [m], in the body frame and in the order of knots and parts; the
     /// `renewed` knots are moved to new places in that frame [m]. The engine looks at no other again.
-    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], reach: f64, contacts: &mut Vec<Contact>) {
-        either!(Finder, &mut self.0, engine => engine.detect(renewed, reach, contacts));
+    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], margin: f64, contacts: &mut Vec<Contact>) {
+        either!(Finder, &mut self.0, engine => engine.detect(renewed, margin, contacts));
     }
 
     /// Number of colliders.
@@ -217,10 +217,10 @@ impl CableDetector {
         })
     }
 
-    /// Contacts between the ends of cables at the pose of `state` and `body` whose gap is at most `reach`
+    /// Contacts between the ends of cables at the pose of `state` and `body` whose gap is at most `margin`
     /// [m], in the order of cables, parts and places; what touches at an end is the knot's business.
-    pub fn detect(&mut self, state: &State, body: &Body, reach: f64, contacts: &mut Vec<Contact>) {
-        either!(CableFinder, &mut self.0, engine => engine.detect(state, body, reach, contacts));
+    pub fn detect(&mut self, state: &State, body: &Body, margin: f64, contacts: &mut Vec<Contact>) {
+        either!(CableFinder, &mut self.0, engine => engine.detect(state, body, margin, contacts));
     }
 
     /// Number of colliders.

@@ -2,7 +2,7 @@
 
 #![allow(dead_code)] // each test binary uses its own part
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use tumblenet::cable::Cable;
 use tumblenet::case::Case;
@@ -12,6 +12,7 @@ use tumblenet::metrics::summary::Summary;
 use tumblenet::net::Net;
 use tumblenet::run::Run;
 use tumblenet::scene::Source;
+use tumblenet::solver::PAIRS;
 use tumblenet::study::ensemble::{self, Request};
 
 /// Asserts `value` < `bound`; `cargo test -- --nocapture` prints what was measured.
@@ -43,6 +44,27 @@ pub fn scene(name: &str, changes: &[&str]) -> Case {
     let changes: Vec<String> =
         ["expect=null"].iter().chain(changes).map(|change| (*change).to_owned()).collect();
     Case::load(name, &changes).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// Names of all pairs of cables and contact: a test that asks pairs asks these.
+pub fn pairs() -> impl Iterator<Item = &'static str> {
+    PAIRS.iter().map(|(_, _, name)| *name)
+}
+
+/// The pairs with which a whole capture takes a second, for tests of many captures: the engine's own and the
+/// source's.
+pub const FAST_PAIRS: [&str; 2] = ["joints+rapier", "explicit+impulse"];
+
+/// A pair as changes for `--set`.
+pub fn changes_of(pair: &str) -> [String; 2] {
+    let (cables, contact) = pair.split_once('+').unwrap();
+    [format!("solver.cables={cables}"), format!("solver.contact={contact}")]
+}
+
+/// A pair as a scene's `solver`.
+pub fn solver_of(pair: &str) -> Value {
+    let (cables, contact) = pair.split_once('+').unwrap();
+    json!({ "cables": cables, "contact": contact })
 }
 
 /// A case from JSON.
@@ -97,6 +119,19 @@ pub fn spread(members: &[Summary], name: &str) -> [f64; 3] {
     let mut values: Vec<f64> = members.iter().map(of).collect();
     values.sort_by(f64::total_cmp);
     [values[0], values[values.len() / 2], values[values.len() - 1]]
+}
+
+/// The same case with everything turned about the origin.
+pub fn in_turned_frame(case: &Case, turn: &Rotation3<f64>) -> Case {
+    let mut case = case.clone();
+    for vector in case.net.folded.iter_mut().chain(&mut case.net.launch_velocity) {
+        *vector = turn * *vector;
+    }
+    if let Some(target) = &mut case.target {
+        target.position = turn * target.position;
+        target.attitude = UnitQuaternion::from_rotation_matrix(turn) * target.attitude;
+    }
+    case
 }
 
 /// Free knots without cables: (mass [kg], position [m], velocity [m/s]), of radius 0.5 mm.

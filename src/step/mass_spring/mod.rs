@@ -6,7 +6,7 @@ pub mod stability;
 
 use nalgebra::Vector3;
 
-use crate::contact::watch::{Movable, Watch};
+use crate::contact::{ContactManager, NetMotion};
 use crate::failure::{self, Cuts, Failure};
 use crate::interaction::Interactions;
 use crate::limits::Limit;
@@ -14,7 +14,7 @@ use crate::options::{BuildContext, TimeStep};
 use crate::solver::{Integrator, JOINTS_STEP, Solver};
 use crate::state::State;
 use crate::step::limits::{Demands, StepLimits};
-use crate::step::stepper::{Method, StepReport, Stepper, own_response};
+use crate::step::stepper::{Method, StepReport, Stepper};
 use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -56,7 +56,10 @@ impl Method for Explicit {
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
-        Box::new(MassSpring { watch: own_response(context), ..MassSpring::new(context, context.time_step) })
+        Box::new(MassSpring {
+            contacts: ContactManager::new(context.contact_settings().as_ref()),
+            ..MassSpring::new(context, context.time_step)
+        })
     }
 }
 
@@ -64,7 +67,7 @@ impl Method for Explicit {
 pub struct MassSpring {
     net: ExplicitNet,
     motion: Option<RigidMotion>,
-    watch: Option<Watch>,
+    contacts: ContactManager,
     /// Knots that effects may change in this step, and whether one changed their velocity in this sub-step.
     reached: Vec<usize>,
     touched: Vec<bool>,
@@ -86,7 +89,7 @@ impl MassSpring {
         MassSpring {
             net: ExplicitNet::new(net, solver.integrator, solver.tolerance_m.0),
             motion: target.map(RigidMotion::of),
-            watch: None,
+            contacts: ContactManager::Absent,
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
             substep: time_step.step / f64::from(time_step.substeps),
@@ -124,9 +127,8 @@ impl Stepper for MassSpring {
     ) -> Result<StepReport, Failure> {
         let mut clock = Clock::start();
         let step = self.substep * f64::from(self.n_substeps);
-        if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
-            watch.look(state, body, step);
-        }
+        self.contacts.begin(state);
+        self.contacts.update(state, step);
         clock.lap(&mut work.stages.contact);
 
         if with.touch() {
@@ -145,9 +147,7 @@ impl Stepper for MassSpring {
                 self.interact(state, with);
             }
             if let Some(body) = &mut state.target {
-                if let Some(watch) = &mut self.watch {
-                    watch.answer(&mut self.net, body, self.substep, |_| {});
-                }
+                self.contacts.solve(&mut self.net, body, self.substep);
                 if let Some(motion) = &self.motion {
                     motion.drift(body, self.substep);
                 }
@@ -160,11 +160,8 @@ impl Stepper for MassSpring {
         failure::check(state, "cables")?;
         clock.lap(&mut work.stages.cables);
 
-        if let Some(watch) = &self.watch {
-            watch.report(&before.knots, &state.knots, &mut state.contacts);
-            work.detections = watch.n_detections;
-        }
-        with.report_contacts(&before.knots, &state.knots, &mut state.contacts);
+        self.contacts.report(&before.knots, state, |from, to, list| with.report_contacts(from, to, list));
+        work.detections = self.contacts.n_detections().unwrap_or(work.detections);
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
         Ok(StepReport::default())
@@ -172,11 +169,11 @@ impl Stepper for MassSpring {
 
     /// No body, no joint, and colliders where there is a target.
     fn census(&self) -> Census {
-        Census { colliders: self.watch.as_ref().map_or(0, Watch::n_colliders), ..Census::default() }
+        Census { colliders: self.contacts.n_colliders(), ..Census::default() }
     }
 }
 
-impl Movable for ExplicitNet {
+impl NetMotion for ExplicitNet {
     fn position(&self, knot: usize) -> Vector3<f64> {
         ExplicitNet::position(self, knot)
     }
@@ -189,7 +186,7 @@ impl Movable for ExplicitNet {
         ExplicitNet::inverse_mass(self, knot)
     }
 
-    fn push(&mut self, knot: usize, impulse: &Vector3<f64>) {
-        ExplicitNet::push(self, knot, impulse);
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
+        ExplicitNet::push(self, knot, &(weight * impulse));
     }
 }

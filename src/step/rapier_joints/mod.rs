@@ -4,8 +4,7 @@ pub mod cables;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::contact::rapier::Rapier;
-use crate::contact::watch::{Movable, Watch};
+use crate::contact::{ContactManager, NetMotion};
 use crate::failure::{self, Cuts, Failure};
 use crate::interaction::Interactions;
 use crate::limits::Limit;
@@ -17,7 +16,7 @@ use crate::step::iterations::SolverIterations;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::MassSpring;
 use crate::step::mass_spring::stability::{RESOLVES, SAFE, stable_step};
-use crate::step::stepper::{Method, StepReport, Stepper, own_response};
+use crate::step::stepper::{Method, StepReport, Stepper};
 use crate::target::{Motion, Target};
 use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
@@ -63,9 +62,7 @@ pub struct RapierJoints {
     iterations: SolverIterations,
     world: World,
     cables: CableJoints,
-    /// The engine's answer to contacts, or one of ours; neither without a target.
-    rapier: Option<Rapier>,
-    watch: Option<Watch>,
+    contacts: ContactManager,
     /// The explicit net that flies until the boxes meet.
     flight: Option<MassSpring>,
     inverse_mass: Vec<f64>,
@@ -113,8 +110,7 @@ impl RapierJoints {
         RapierJoints {
             iterations: SolverIterations::new(solver.sweeps, solver.sweeps_max),
             cables: CableJoints::install(net, solver.snap_passes, &mut world),
-            rapier: target.filter(|_| by_engine).map(|target| Rapier::new(net, target, solver.restitution)),
-            watch: own_response(context),
+            contacts: ContactManager::new(context.contact_settings().as_ref()),
             flight: (solver.flight == Flight::Explicit).then(|| MassSpring::flight(context)),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             target: target.cloned(),
@@ -214,7 +210,7 @@ impl RapierJoints {
         let mut put_in = 0.0;
         self.work_of_effects = 0.0;
         self.given.fill(Vector3::zeros());
-        state.contacts.clear();
+        self.contacts.begin(state);
         state.tension.fill(0.0);
         for part in 0..n_parts {
             // Snaps before the world moves: its implicit rows would swallow them.
@@ -241,15 +237,13 @@ impl RapierJoints {
             self.check_world(state)?;
             clock.lap(&mut work.stages.world);
 
-            if let Some(rapier) = &mut self.rapier {
-                let n_before = state.contacts.len();
+            if self.contacts.is_of_engine() {
                 let start = if part == 0 && !is_pushed { before } else { &self.starts[1] };
-                rapier.observe(&mut self.world, start, state, step);
-                put_in += state.contacts[n_before..].iter().map(|contact| contact.work_on_knot).sum::<f64>();
+                put_in += self.contacts.read_engine(&mut self.world, start, state, step);
                 failure::check(state, "contact")?;
                 clock.lap(&mut work.stages.contact);
             }
-            if self.watch.is_none() {
+            if !self.contacts.is_own() {
                 self.cables.observe(state);
                 clock.lap(&mut work.stages.cables);
             }
@@ -345,6 +339,34 @@ impl RapierJoints {
         flies
     }
 
+    /// Contacts solved after the engine has moved net and target without them: the impulse acts at the
+    /// start of the step, where the planes are, so it changes velocity by Δv and position by Δv h.
+    fn solve_contacts(&mut self, before: &State, state: &mut State) {
+        let (Some(start), Some(end)) = (&before.target, &mut state.target) else { return };
+        let (step, world) = (self.step, &mut self.world);
+        // The pose of the start with the velocities of the end.
+        let mut body = Body { velocity: end.velocity, rate: end.rate, ..*start };
+        let mut knots = MovedKnots {
+            start: &before.knots,
+            end: &mut state.knots,
+            inverse_mass: &self.inverse_mass,
+            step,
+            touched: Vec::new(),
+        };
+        self.contacts.solve(&mut knots, &mut body, step);
+        for knot in knots.touched {
+            world.set_velocity(knot, &state.knots.velocity[knot]);
+            world.set_position(knot, &state.knots.position[knot]);
+        }
+        if body.velocity != end.velocity || body.rate != end.rate {
+            end.position += step * (body.velocity - end.velocity);
+            end.attitude = UnitQuaternion::from_scaled_axis(step * (body.rate - end.rate)) * end.attitude;
+            end.velocity = body.velocity;
+            end.rate = body.rate;
+            world.set_target(end);
+        }
+    }
+
     fn check_world(&self, state: &State) -> Result<(), Failure> {
         if self.world.has_quarantined() {
             return Err(Failure::Quarantine { time: state.time });
@@ -353,9 +375,7 @@ impl RapierJoints {
     }
 
     fn count(&self, work: &mut Work) {
-        if let Some(watch) = &self.watch {
-            work.detections = watch.n_detections;
-        }
+        work.detections = self.contacts.n_detections().unwrap_or(work.detections);
         work.cable_rows = self.cables.n_rows;
         work.snaps = self.cables.n_snaps;
     }
@@ -382,19 +402,17 @@ impl Stepper for RapierJoints {
             }
         } else {
             let mut clock = Clock::start();
-            if let (Some(watch), Some(body)) = (&mut self.watch, &state.target) {
-                watch.look(state, body, self.step);
-            }
+            self.contacts.update(state, self.step);
             clock.lap(&mut work.stages.contact);
             cuts = self.cut_as_needed(before, state, with, work, &mut clock)?;
-            if let Some(watch) = &mut self.watch {
-                answer(watch, &mut self.world, before, state, &self.inverse_mass, self.step);
+            if self.contacts.is_own() {
+                self.solve_contacts(before, state);
                 failure::check(state, "contact")?;
                 clock.lap(&mut work.stages.contact);
                 self.cables.observe(state);
                 clock.lap(&mut work.stages.cables);
             }
-            with.report_contacts(&before.knots, &state.knots, &mut state.contacts);
+            self.contacts.report(&before.knots, state, |from, to, list| with.report_contacts(from, to, list));
             self.count(work);
         }
         let energy_error = self.energy_error(start, before, state);
@@ -411,7 +429,7 @@ impl Stepper for RapierJoints {
 
     fn census(&self) -> Census {
         let mut census = self.world.census();
-        census.colliders += self.watch.as_ref().map_or(0, Watch::n_colliders);
+        census.colliders += self.contacts.n_colliders();
         census
     }
 }
@@ -426,45 +444,16 @@ fn most_parts(context: &BuildContext<'_>) -> u32 {
     (context.time_step.step / resolving).ceil().clamp(1.0, 4096.0) as u32
 }
 
-/// Contacts answered after the engine has moved net and target without them: the impulse acts at
-/// the start of the step, where the planes are, so it changes velocity by Δv and position by Δv h.
-fn answer(
-    watch: &mut Watch,
-    world: &mut World,
-    before: &State,
-    state: &mut State,
-    inverse_mass: &[f64],
-    step: f64,
-) {
-    let (Some(start), Some(end)) = (&before.target, &mut state.target) else { return };
-    // The pose of the start with the velocities of the end.
-    let mut body = Body { velocity: end.velocity, rate: end.rate, ..*start };
-    let mut knots = MovedKnots { start: &before.knots, end: &mut state.knots, inverse_mass, step };
-    let mut touched = Vec::new();
-    watch.answer(&mut knots, &mut body, step, |knot| touched.push(knot));
-    for knot in touched {
-        world.set_velocity(knot, &state.knots.velocity[knot]);
-        world.set_position(knot, &state.knots.position[knot]);
-    }
-    if body.velocity != end.velocity || body.rate != end.rate {
-        end.position += step * (body.velocity - end.velocity);
-        end.attitude = UnitQuaternion::from_scaled_axis(step * (body.rate - end.rate)) * end.attitude;
-        end.velocity = body.velocity;
-        end.rate = body.rate;
-        world.set_target(end);
-    }
-    watch.report(&before.knots, &state.knots, &mut state.contacts);
-}
-
 /// Knots at the positions of the start of the step, with the velocities of its end.
 struct MovedKnots<'a> {
     start: &'a Knots,
     end: &'a mut Knots,
     inverse_mass: &'a [f64],
     step: f64,
+    touched: Vec<usize>,
 }
 
-impl Movable for MovedKnots<'_> {
+impl NetMotion for MovedKnots<'_> {
     fn position(&self, knot: usize) -> Vector3<f64> {
         self.start.position[knot]
     }
@@ -477,9 +466,13 @@ impl Movable for MovedKnots<'_> {
         self.inverse_mass[knot]
     }
 
-    fn push(&mut self, knot: usize, impulse: &Vector3<f64>) {
-        let change = impulse * self.inverse_mass[knot];
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
+        let change = impulse * (weight * self.inverse_mass[knot]);
         self.end.velocity[knot] += change;
         self.end.position[knot] += change * self.step;
+    }
+
+    fn mark(&mut self, knot: usize) {
+        self.touched.push(knot);
     }
 }

@@ -5,12 +5,12 @@
 //!
 //!   gap = n · (p − q) − r₁ − r₂,  n = (p − q) / |p − q|,
 //!
-//! and a row of [`super::sequential`] keeps n · (ṗ − q̇) from closing it: weights 1 − s, s, −(1 − t), −t.
+//! and a row of [`super::gauss_seidel`] keeps n · (ṗ − q̇) from closing it: weights 1 − s, s, −(1 − t), −t.
 //! The impulse acts along p − q, so linear and angular momentum of the net are kept exactly. What
 //! a knot ties together is no pair.
 //!
-//! **Waking.** A pair with gap g sleeps until any two knots can have come g nearer; a queue of all
-//! pairs, the next to wake first, is the whole of detection. On the Cubesat's net of 224 strands it
+//! **Detection.** A pair with gap g is left alone until any two knots can have come g nearer; a queue of all
+//! pairs, the next that is due first, is the whole of detection. On the Cubesat's net of 224 strands it
 //! takes a tenth of the time of the engine's narrow phase, which looked at every near pair anew.
 //!
 //! **No passing.** A row acts before the strands touch, when the gap would close within the
@@ -20,7 +20,7 @@
 //! turned so far without: the least distance of two convex bodies keeps its side while they move by
 //! less than it.)
 //!
-//! Strands that overlap in the folded net are let be until they have parted once.
+//! Strands that overlap in the folded net are left alone until they have parted once.
 //!
 //! Frictionless, and strands have no bending: nearly parallel ones touch at one place at a time. Memory
 //! is 16 bytes for every two strands.
@@ -32,17 +32,18 @@ use nalgebra::{UnitQuaternion, Vector3};
 use parry3d::math::Vector as ParryVector;
 use parry3d::query::details::closest_points_segment_segment_with_locations_nD as closest_points;
 
-use super::Mobility;
-use super::sequential::{self, Bearers, Effort, Row};
+use super::InverseInertia;
+use super::gauss_seidel::{self, IterationLimits};
+use super::row::{ContactRow, JacobianWeights, MarkedKnots, NetMotion, Parting, PushOut};
 use crate::net::Net;
 use crate::state::{Body, EffectWork, Knots};
 
 /// Time in which an overlap is undone [s], at least a step.
 const PUSH_OUT: f64 = 1e-3;
 
-/// A pair is awake while its gap is less than so many ways that two knots can come nearer in a
+/// A pair is near while its gap is less than so many ways that two knots can come nearer in a
 /// (sub-)step: contacts can add to their speeds.
-const AWAKE: f64 = 2.0;
+const NEAR: f64 = 2.0;
 
 /// Density of steel [kg/m^3].
 const STEEL: f64 = 7850.0;
@@ -60,16 +61,15 @@ pub fn memory(net: &Net) -> f64 {
 }
 
 /// The strands of a net, and their contacts.
-pub struct PairWatch {
+pub struct StrandContacts {
     strands: Vec<Strand>,
-    restitution: f64,
-    inverse_mass: Vec<f64>,
+    parting: Parting,
     /// How much nearer any two knots can have come since the start [m].
     travelled: f64,
-    asleep: BinaryHeap<Reverse<Sleeper>>,
-    awake: Vec<Pair>,
+    distant: BinaryHeap<Reverse<DistantPair>>,
+    near: Vec<Pair>,
     /// Rows of the pairs that act in this sub-step; kept for its memory.
-    rows: Vec<Row>,
+    rows: Vec<ContactRow>,
     /// Impulses within the step, a knot each [N s].
     impulses: Vec<Vector3<f64>>,
     /// Contacts with an impulse within the step, counted in every sub-step.
@@ -88,22 +88,22 @@ struct Strand {
 
 /// Two strands far from each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sleeper {
+struct DistantPair {
     /// When to look again, as a distance travelled [m].
-    wake: f64,
+    due: f64,
     strands: [u32; 2],
 }
 
-impl Eq for Sleeper {}
+impl Eq for DistantPair {}
 
-impl Ord for Sleeper {
-    fn cmp(&self, other: &Sleeper) -> std::cmp::Ordering {
-        self.wake.total_cmp(&other.wake).then(self.strands.cmp(&other.strands))
+impl Ord for DistantPair {
+    fn cmp(&self, other: &DistantPair) -> std::cmp::Ordering {
+        self.due.total_cmp(&other.due).then(self.strands.cmp(&other.strands))
     }
 }
 
-impl PartialOrd for Sleeper {
-    fn partial_cmp(&self, other: &Sleeper) -> Option<std::cmp::Ordering> {
+impl PartialOrd for DistantPair {
+    fn partial_cmp(&self, other: &DistantPair) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
@@ -119,15 +119,15 @@ struct Pair {
 }
 
 /// A pair as it lies now.
-struct Near {
+struct ClosestPoints {
     shares: [f64; 2],
     normal: Vector3<f64>,
     gap: f64,
 }
 
-impl Near {
+impl ClosestPoints {
     /// `normal`: that of the last look, 0 for a pair that was apart.
-    fn of(strands: [&Strand; 2], normal: &Vector3<f64>, knots: &Knots) -> Near {
+    fn of(strands: [&Strand; 2], normal: &Vector3<f64>, knots: &Knots) -> ClosestPoints {
         let [a, b] = strands.map(|strand| strand.ends.map(|knot| parrys(&knots.position[knot])));
         let (on_a, on_b) = closest_points((&a[0], &a[1]), (&b[0], &b[1]));
         let shares = [on_a, on_b].map(|place| place.barycentric_coordinates()[1]);
@@ -138,16 +138,16 @@ impl Near {
         let apart = point(0) - point(1);
         let (distance, touching) = (apart.norm(), strands[0].radius + strands[1].radius);
         if distance < 1e-6 * touching {
-            return Near { shares, normal: *normal, gap: -touching };
+            return ClosestPoints { shares, normal: *normal, gap: -touching };
         }
         let side = if apart.dot(normal) < 0.0 { -1.0 } else { 1.0 };
-        Near { shares, normal: apart * (side / distance), gap: side * distance - touching }
+        ClosestPoints { shares, normal: apart * (side / distance), gap: side * distance - touching }
     }
 }
 
-impl PairWatch {
+impl StrandContacts {
     /// Watches `net`, whose bullets have `bullet_radius` [m].
-    pub fn new(net: &Net, bullet_radius: f64, restitution: f64) -> PairWatch {
+    pub fn new(net: &Net, bullet_radius: f64, restitution: f64) -> StrandContacts {
         let cable = |index: usize| {
             let cable = &net.cables[index];
             Strand { ends: [cable.a, cable.b], radius: net.cable_radius(index) }
@@ -155,28 +155,28 @@ impl PairWatch {
         let bullets = net.bullets.iter().map(|&knot| Strand { ends: [knot; 2], radius: bullet_radius });
         let strands: Vec<Strand> = (0..net.cables.len()).map(cable).chain(bullets).collect();
         let folded = Knots { position: net.folded.clone(), velocity: Vec::new() };
-        let (mut asleep, mut awake) = (BinaryHeap::new(), Vec::new());
+        let (mut distant, mut near) = (BinaryHeap::new(), Vec::new());
         for (i, one) in strands.iter().enumerate() {
             for (j, other) in strands.iter().enumerate().skip(i + 1) {
                 if one.ends.iter().any(|knot| other.ends.contains(knot)) {
                     continue; // tied together
                 }
-                let Near { normal, gap, .. } = Near::of([one, other], &Vector3::zeros(), &folded);
+                let ClosestPoints { normal, gap, .. } =
+                    ClosestPoints::of([one, other], &Vector3::zeros(), &folded);
                 let strands = [i as u32, j as u32];
                 if gap < 0.0 {
-                    awake.push(Pair { strands, normal, folded_into: true });
+                    near.push(Pair { strands, normal, folded_into: true });
                 } else {
-                    asleep.push(Reverse(Sleeper { wake: gap, strands }));
+                    distant.push(Reverse(DistantPair { due: gap, strands }));
                 }
             }
         }
-        PairWatch {
+        StrandContacts {
             strands,
-            restitution,
-            inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
+            parting: Parting { restitution, push_out: PushOut::Time(PUSH_OUT) },
             travelled: 0.0,
-            asleep,
-            awake,
+            distant,
+            near,
             rows: Vec::new(),
             impulses: vec![Vector3::zeros(); net.n_knots()],
             n_acted: 0,
@@ -184,12 +184,11 @@ impl PairWatch {
         }
     }
 
-    /// Answers the contacts of a (sub-)step of `step` seconds: changes velocities of knots, and marks
-    /// them.
-    pub fn answer(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        let way = step * closing_speed(knots);
-        self.rouse(knots, AWAKE * way);
-        self.find_acting(knots, step, AWAKE * way);
+    /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of knots, and marks them.
+    pub fn solve(&mut self, net: &mut MarkedKnots<'_>, step: f64) {
+        let way = step * closing_speed(net.knots);
+        self.approach(net.knots, NEAR * way);
+        self.find_rows(net, step, NEAR * way);
         self.travelled += way;
         if self.rows.is_empty() {
             return;
@@ -201,94 +200,98 @@ impl PairWatch {
             velocity: Vector3::zeros(),
             rate: Vector3::zeros(),
         };
-        let (velocity, mobility) = (&mut knots.velocity, Mobility::default());
-        sequential::settle(
-            &mut self.rows,
-            velocity,
-            &self.inverse_mass,
-            &mut nobody,
-            &mobility,
-            Effort::WHOLE,
-        );
+        let target = InverseInertia::default();
+        gauss_seidel::solve(&mut self.rows, net, &mut nobody, &target, IterationLimits::WHOLE);
         for row in &self.rows {
             if row.impulse > 0.0 {
                 self.n_acted += 1;
-                for &(knot, weight) in row.knots.all() {
+                for &(knot, weight) in row.weights.all() {
                     self.impulses[knot] += weight * row.impulse * row.normal;
-                    touched[knot] = true;
+                    net.mark(knot);
                 }
             }
         }
     }
 
-    /// Wakes the pairs that may be `near` [m] or nearer.
-    fn rouse(&mut self, knots: &Knots, near: f64) {
-        while let Some(&Reverse(Sleeper { wake, strands })) = self.asleep.peek() {
-            if wake > self.travelled + near {
+    /// Takes up the pairs that may be `near` [m] or nearer.
+    fn approach(&mut self, knots: &Knots, near: f64) {
+        while let Some(&Reverse(DistantPair { due, strands })) = self.distant.peek() {
+            if due > self.travelled + near {
                 break;
             }
-            self.asleep.pop();
-            let Near { normal, gap, .. } = self.look(strands, &Vector3::zeros(), knots);
+            self.distant.pop();
+            let ClosestPoints { normal, gap, .. } = self.closest(strands, &Vector3::zeros(), knots);
             if gap > near {
-                self.asleep.push(Reverse(Sleeper { wake: self.travelled + gap, strands }));
+                self.distant.push(Reverse(DistantPair { due: self.travelled + gap, strands }));
             } else {
-                self.awake.push(Pair { strands, normal, folded_into: false });
+                self.near.push(Pair { strands, normal, folded_into: false });
             }
         }
     }
 
-    /// Rows of the awake pairs that would touch within the step; those farther than `near` [m] go to
-    /// sleep.
-    fn find_acting(&mut self, knots: &Knots, step: f64, near: f64) {
+    /// Rows of the near pairs that would touch within the step; those farther than `near` [m] become distant.
+    fn find_rows(&mut self, net: &MarkedKnots<'_>, step: f64, near: f64) {
         self.rows.clear();
         let mut kept = 0;
-        for index in 0..self.awake.len() {
-            let mut pair = self.awake[index];
-            let place = self.look(pair.strands, &pair.normal, knots);
+        for index in 0..self.near.len() {
+            let mut pair = self.near[index];
+            let place = self.closest(pair.strands, &pair.normal, net.knots);
             if place.gap > near {
-                let wake = self.travelled + place.gap;
-                self.asleep.push(Reverse(Sleeper { wake, strands: pair.strands }));
+                let due = self.travelled + place.gap;
+                self.distant.push(Reverse(DistantPair { due, strands: pair.strands }));
                 continue;
             }
             pair.normal = place.normal;
             pair.folded_into &= place.gap < 0.0;
-            if let Some(row) = self.row(&pair, &place, knots, step) {
+            if let Some(row) = self.row(&pair, &place, net, step) {
                 self.rows.push(row);
                 self.deepest = self.deepest.max(-place.gap);
             }
-            self.awake[kept] = pair;
+            self.near[kept] = pair;
             kept += 1;
         }
-        self.awake.truncate(kept);
+        self.near.truncate(kept);
     }
 
-    fn look(&self, strands: [u32; 2], normal: &Vector3<f64>, knots: &Knots) -> Near {
-        Near::of(strands.map(|strand| &self.strands[strand as usize]), normal, knots)
+    fn closest(&self, strands: [u32; 2], normal: &Vector3<f64>, knots: &Knots) -> ClosestPoints {
+        ClosestPoints::of(strands.map(|strand| &self.strands[strand as usize]), normal, knots)
     }
 
     /// The row of a pair, if it would touch.
-    fn row(&self, pair: &Pair, place: &Near, knots: &Knots, step: f64) -> Option<Row> {
+    fn row(
+        &self,
+        pair: &Pair,
+        place: &ClosestPoints,
+        net: &MarkedKnots<'_>,
+        step: f64,
+    ) -> Option<ContactRow> {
         let [[a, b], [c, d]] = pair.strands.map(|strand| self.strands[strand as usize].ends);
-        let Near { shares: [s, t], normal, gap } = *place;
-        let bearers = Bearers::Four([(a, 1.0 - s), (b, s), (c, t - 1.0), (d, -t)]);
-        let velocity: Vector3<f64> =
-            bearers.all().iter().map(|&(knot, weight)| weight * knots.velocity[knot]).sum();
+        let ClosestPoints { shares: [s, t], normal, gap } = *place;
+        let weights = JacobianWeights::Four([(a, 1.0 - s), (b, s), (c, t - 1.0), (d, -t)]);
+        let velocity = weights.sum(|knot| net.velocity(knot));
         let speed = normal.dot(&velocity);
         if pair.folded_into || (gap >= 0.0 && gap + step * speed >= 0.0) {
             return None;
         }
-        // No faster than the thinner strand's radius in that time: a strand that went through another
-        // would be shot off.
+        // The thinner strand's: one that went through another would be shot off.
         let [one, other] = pair.strands.map(|strand| self.strands[strand as usize].radius);
-        let thinner = one.min(other);
-        let least = match self.restitution {
-            e if e > 0.0 && speed < 0.0 => -e * speed,
-            _ if gap >= 0.0 => -gap / step,
-            _ => (-gap).min(thinner) / PUSH_OUT.max(step),
-        };
-        // From nothing: in a wad the impulses of the step before are no guess, and passes that end
-        // before they have taken a bad one back leave its energy behind.
-        Some(Row { knots: bearers, normal, arm: None, least, softness: 0.0, impulse: 0.0 })
+        let radius = one.min(other);
+        Some(ContactRow {
+            weights,
+            inverse_mass: weights.inverse_mass(net),
+            radius,
+            normal,
+            arm: None,
+            gap,
+            velocity,
+            speed,
+            wanted_speed: self.parting.wanted_speed(gap, speed, radius, step),
+            softness: 0.0,
+            // From nothing: in a wad the impulses of the step before are no guess, and passes that end
+            // before they have taken a bad one back leave its energy behind.
+            impulse: 0.0,
+            friction: Vector3::zeros(),
+        })
     }
 
     /// What it did since the last time, within a step from `before` to `after`.
@@ -310,7 +313,7 @@ impl PairWatch {
 
     /// Number of pairs.
     pub fn n_pairs(&self) -> usize {
-        self.asleep.len() + self.awake.len()
+        self.distant.len() + self.near.len()
     }
 }
 

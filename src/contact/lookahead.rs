@@ -15,16 +15,18 @@
 
 use nalgebra::Vector3;
 
-use super::sequential::{Bearers, Row};
+use super::row::{ContactRow, JacobianWeights, NetMotion};
 use crate::cable::Cable;
 use crate::net::Net;
-use crate::state::{Body, Contact, Knots};
+use crate::state::{Body, Contact};
 
 /// A cable that cannot become taut at so many times the speed its ends part with has no row.
 const REST_MARGIN: f64 = 3.0;
 
 /// The rows of the engine's next step.
-pub struct Preview {
+pub struct Lookahead {
+    /// Knots of the net.
+    pub n_knots: usize,
     cables: Vec<Cable>,
     /// Impulse of each cable within the last step [N s].
     impulse: Vec<f64>,
@@ -34,10 +36,11 @@ pub struct Preview {
     taut: Vec<usize>,
 }
 
-impl Preview {
+impl Lookahead {
     /// For the cables of `net`.
-    pub fn new(net: &Net) -> Preview {
-        Preview {
+    pub fn new(net: &Net) -> Lookahead {
+        Lookahead {
+            n_knots: net.n_knots(),
             impulse: vec![0.0; net.cables.len()],
             cables: net.cables.clone(),
             held: Vec::new(),
@@ -45,8 +48,8 @@ impl Preview {
         }
     }
 
-    /// Hears which contacts there were in the step that led to `body`.
-    pub fn hear(&mut self, contacts: &[Contact], body: &Body) {
+    /// Takes over the contacts of the step that led to `body`.
+    pub fn update(&mut self, contacts: &[Contact], body: &Body) {
         self.held.clear();
         let pressed = contacts.iter().filter(|contact| contact.along.is_none() && contact.impulse > 0.0);
         self.held.extend(pressed.map(|contact| {
@@ -61,11 +64,11 @@ impl Preview {
     }
 
     /// Adds the engine's rows for a step of `step` seconds to `rows`.
-    pub fn add(&mut self, knots: &Knots, body: &Body, step: f64, rows: &mut Vec<Row>) {
+    pub fn add_rows(&mut self, net: &impl NetMotion, body: &Body, step: f64, rows: &mut Vec<ContactRow>) {
         self.taut.clear();
         for (index, cable) in self.cables.iter().enumerate() {
-            let across = knots.position[cable.b] - knots.position[cable.a];
-            let parting = (knots.velocity[cable.b] - knots.velocity[cable.a]).norm();
+            let across = net.position(cable.b) - net.position(cable.a);
+            let parting = (net.velocity(cable.b) - net.velocity(cable.a)).norm();
             let length = across.norm();
             let stretch = length - cable.rest_length;
             if stretch + REST_MARGIN * parting * step <= 0.0 {
@@ -73,32 +76,52 @@ impl Preview {
             }
             let (k, c) = (cable.stiffness, cable.damping);
             self.taut.push(index);
-            rows.push(Row {
-                knots: Bearers::Two([(cable.b, 1.0), (cable.a, -1.0)]),
-                normal: -across / length,
-                arm: None,
-                least: if stretch > 0.0 { stretch / (step + c / k) } else { stretch / step },
+            let weights = JacobianWeights::Two([(cable.b, 1.0), (cable.a, -1.0)]);
+            rows.push(ContactRow {
+                wanted_speed: if stretch > 0.0 { stretch / (step + c / k) } else { stretch / step },
                 softness: 1.0 / (step * (step * k + c)),
                 impulse: self.impulse[index],
+                ..held_row(weights, weights.inverse_mass(net), -across / length, None)
             });
         }
         for &(knot, normal, point, impulse) in &self.held {
-            rows.push(Row {
-                knots: Bearers::Two([(knot, 1.0), (knot, 0.0)]),
-                normal: body.attitude * normal,
-                arm: Some(body.attitude * point),
-                least: 0.0,
-                softness: 0.0,
+            let (normal, arm) = (body.attitude * normal, body.attitude * point);
+            let weights = JacobianWeights::of_knot(knot);
+            rows.push(ContactRow {
                 impulse,
+                ..held_row(weights, weights.inverse_mass(net), normal, Some(arm))
             });
         }
     }
 
     /// Remembers what `rows`, as added last, were solved to.
-    pub fn remember(&mut self, rows: &[Row]) {
+    pub fn remember(&mut self, rows: &[ContactRow]) {
         self.impulse.fill(0.0);
         for (row, &index) in rows.iter().zip(&self.taut) {
             self.impulse[index] = row.impulse;
         }
+    }
+}
+
+/// A row that wants no approach.
+fn held_row(
+    weights: JacobianWeights,
+    inverse_mass: f64,
+    normal: Vector3<f64>,
+    arm: Option<Vector3<f64>>,
+) -> ContactRow {
+    ContactRow {
+        weights,
+        inverse_mass,
+        radius: 0.0,
+        normal,
+        arm,
+        gap: 0.0,
+        velocity: Vector3::zeros(),
+        speed: 0.0,
+        wanted_speed: 0.0,
+        softness: 0.0,
+        impulse: 0.0,
+        friction: Vector3::zeros(),
     }
 }

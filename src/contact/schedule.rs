@@ -1,9 +1,9 @@
 //! When to look for contacts anew: two levels of detection (Section 4.5.1).
 //!
 //! While the box of the net and the ball around the target are apart nothing is detected. A detection
-//! sees as far as `reach`, and as a snap can throw a knot within a step. The next is due
+//! sees as far as `margin`, and as far as a snap can throw a knot within a step. The next is due
 //! before a knot that it did not see may touch, and when one that it saw has moved along the surface by
-//! half the reach: its plane may then stand for an edge that it has passed. All motion is as seen from
+//! half the margin: its plane may then stand for an edge that it has passed. All motion is as seen from
 //! the target, so a net that lies on a target and turns with it needs no detection.
 
 use nalgebra::Vector3;
@@ -15,8 +15,8 @@ const RENEW: f64 = 0.25;
 
 /// How far knots have moved since the last detection.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Approach {
-    reach: f64,
+pub struct DetectionSchedule {
+    margin: f64,
     bounding_radius: f64,
     /// How far a knot may come within the step [m].
     thrown: f64,
@@ -41,47 +41,47 @@ struct Seen {
 enum Found {
     Nothing,
     /// A plane of this normal in the body frame: it holds while the knot moves along it by no more than
-    /// half the reach.
+    /// half the margin.
     Plane(Vector3<f64>),
-    /// Several, or cables at it: they hold while it moves by no more than half the reach.
+    /// Several, or cables at it: they hold while it moves by no more than half the margin.
     Several,
 }
 
 /// What is to be done before a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Look {
+pub enum Detection {
     /// Nothing can touch: forget what was found.
-    Apart,
+    Separated,
     /// What was found still stands.
-    Known,
+    Cached,
     /// Detect, as far as so many metres.
-    Due(f64),
+    Stale(f64),
 }
 
-impl Approach {
-    /// For detections that see as far as `reach` [m], around a target of `bounding_radius` [m].
-    pub fn new(reach: f64, bounding_radius: f64) -> Approach {
-        Approach { reach, bounding_radius, thrown: 0.0, seen: Vec::new(), renewed: Vec::new() }
+impl DetectionSchedule {
+    /// For detections that see as far as `margin` [m], around a target of `bounding_radius` [m].
+    pub fn new(margin: f64, bounding_radius: f64) -> DetectionSchedule {
+        DetectionSchedule { margin, bounding_radius, thrown: 0.0, seen: Vec::new(), renewed: Vec::new() }
     }
 
-    /// Before a step of `step` seconds. After `Due` a detection has to follow, with `renew` or `found_cables`.
-    pub fn look(&mut self, knots: &Knots, body: &Body, step: f64) -> Look {
+    /// Before a step of `step` seconds. After `Stale` a detection has to follow, with `renew` or `found_cables`.
+    pub fn update(&mut self, knots: &Knots, body: &Body, step: f64) -> Detection {
         let speed_squared =
             |(x, v): (&Vector3<f64>, &Vector3<f64>)| (v - body.velocity_at(*x)).norm_squared();
         let fastest =
             knots.position.iter().zip(&knots.velocity).map(speed_squared).fold(0.0, f64::max).sqrt();
         // A snap may double a knot's speed.
         self.thrown = 2.0 * step * fastest;
-        let reach = self.reach + self.thrown;
-        if knots.apart_from(body, self.bounding_radius + reach) {
+        let margin = self.margin + self.thrown;
+        if knots.apart_from(body, self.bounding_radius + margin) {
             self.seen.clear();
-            return Look::Apart;
+            return Detection::Separated;
         }
         let mut seen = knots.position.iter().zip(&self.seen);
         if self.seen.is_empty() || seen.any(|(x, seen)| self.used(seen, &body.to_body(x)) > 1.0) {
-            return Look::Due(reach);
+            return Detection::Stale(margin);
         }
-        Look::Known
+        Detection::Cached
     }
 
     /// How much of the way that a knot may move before the next detection it has used up at `at` in the
@@ -93,21 +93,21 @@ impl Approach {
         let free = if left > 0.0 { moved.norm() / left } else { f64::INFINITY };
         let held = match seen.found {
             Found::Nothing => 0.0,
-            Found::Plane(normal) => (moved - normal * normal.dot(&moved)).norm() / (0.5 * self.reach),
-            Found::Several => moved.norm() / (0.5 * self.reach),
+            Found::Plane(normal) => (moved - normal * normal.dot(&moved)).norm() / (0.5 * self.margin),
+            Found::Several => moved.norm() / (0.5 * self.margin),
         };
         free.max(held)
     }
 
-    /// For a detection as far as `reach` [m]: the knots that have to be looked at again, and where they are
+    /// For a detection as far as `margin` [m]: the knots that have to be looked at again, and where they are
     /// in the body frame. What was found of others stands.
-    pub fn renew(&mut self, knots: &Knots, body: &Body, reach: f64) -> &[(usize, Vector3<f64>)] {
+    pub fn renew(&mut self, knots: &Knots, body: &Body, margin: f64) -> &[(usize, Vector3<f64>)] {
         self.renewed.clear();
         let is_first = self.seen.is_empty();
         for (knot, position) in knots.position.iter().enumerate() {
             let at = body.to_body(position);
             // One that is far away may move by more.
-            let clear = reach.max(at.norm() - self.bounding_radius);
+            let clear = margin.max(at.norm() - self.bounding_radius);
             let fresh = Seen { at, clear, found: Found::Nothing };
             if is_first {
                 self.seen.push(fresh);
@@ -142,11 +142,6 @@ impl Approach {
             |position| Seen { at: body.to_body(position), clear: f64::INFINITY, found: Found::Several };
         self.seen.extend(knots.position.iter().map(seen));
     }
-
-    /// Whether contacts are being looked for.
-    pub fn near(&self) -> bool {
-        !self.seen.is_empty()
-    }
 }
 
 #[cfg(test)]
@@ -171,14 +166,14 @@ mod tests {
     }
 
     /// Number of detections in a second of a knot that the last one saw near a plane across X.
-    fn detections(approach: &mut Approach, knot: impl Fn(f64) -> Knots, rate: f64) -> usize {
+    fn detections(schedule: &mut DetectionSchedule, knot: impl Fn(f64) -> Knots, rate: f64) -> usize {
         let mut n = 0;
         for step in 0..1000 {
             let time = f64::from(step) * STEP;
             let (knots, body) = (knot(time), wheel(rate, time));
-            if let Look::Due(reach) = approach.look(&knots, &body, STEP) {
-                approach.renew(&knots, &body, reach);
-                approach.found(0, Vector3::x());
+            if let Detection::Stale(margin) = schedule.update(&knots, &body, STEP) {
+                schedule.renew(&knots, &body, margin);
+                schedule.found(0, Vector3::x());
                 n += 1;
             }
         }
@@ -192,32 +187,32 @@ mod tests {
             let at = wheel(rate, time).attitude * Vector3::x();
             one_knot(at, wheel(rate, time).rate.cross(&at))
         };
-        assert_eq!(detections(&mut Approach::new(0.01, 1.0), turning, rate), 1);
+        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0), turning, rate), 1);
     }
 
     #[test]
-    fn one_that_slides_is_looked_for_every_half_reach_and_one_that_sinks_every_reach() {
+    fn one_that_slides_is_looked_for_every_half_margin_and_one_that_sinks_every_margin() {
         let sliding = |time: f64| one_knot(vector![1.0, 0.101 * time, 0.0], vector![0.0, 0.101, 0.0]);
         // 0.101 m in steps of 0.1 mm, with a detection after every 5 mm: 50 steps.
-        assert_eq!(detections(&mut Approach::new(0.01, 1.0), sliding, 0.0), 20);
+        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0), sliding, 0.0), 20);
         let sinking = |time: f64| one_knot(vector![1.0 - 0.101 * time, 0.0, 0.0], vector![-0.101, 0.0, 0.0]);
-        assert_eq!(detections(&mut Approach::new(0.01, 1.0), sinking, 0.0), 10, "its plane stays");
+        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0), sinking, 0.0), 10, "its plane stays");
     }
 
     /// Whatever its speed, a knot from afar is seen before it touches, and in few detections.
     #[test]
     fn one_that_comes_from_afar_is_seen_before_it_touches() {
         for speed in [0.01, 1.0, 30.0, 3e3] {
-            let mut approach = Approach::new(0.01, 1.0);
+            let mut schedule = DetectionSchedule::new(0.01, 1.0);
             let (mut x, mut n, mut found) = (5.0, 0, false);
             while x > 1.0 {
                 let (knots, body) =
                     (one_knot(vector![x, 0.0, 0.0], vector![-speed, 0.0, 0.0]), wheel(0.0, 0.0));
-                if let Look::Due(reach) = approach.look(&knots, &body, STEP) {
-                    found = x - 1.0 <= reach;
-                    approach.renew(&knots, &body, reach);
+                if let Detection::Stale(margin) = schedule.update(&knots, &body, STEP) {
+                    found = x - 1.0 <= margin;
+                    schedule.renew(&knots, &body, margin);
                     if found {
-                        approach.found(0, Vector3::x());
+                        schedule.found(0, Vector3::x());
                     }
                     n += 1;
                 }
@@ -235,10 +230,10 @@ mod tests {
             position: vec![vector![1.02, 0.0, 0.0], vector![9.0, 0.0, 0.0]],
             velocity: vec![Vector3::zeros(), vector![speed, 0.0, 0.0]],
         };
-        let (mut approach, body) = (Approach::new(0.01, 1.0), wheel(0.0, 0.0));
-        assert!(matches!(approach.look(&two(6.0), &body, STEP), Look::Due(_)));
-        approach.renew(&two(6.0), &body, 0.022);
-        assert_eq!(approach.look(&two(6.0), &body, STEP), Look::Known);
-        assert!(matches!(approach.look(&two(20.0), &body, STEP), Look::Due(_)));
+        let (mut schedule, body) = (DetectionSchedule::new(0.01, 1.0), wheel(0.0, 0.0));
+        assert!(matches!(schedule.update(&two(6.0), &body, STEP), Detection::Stale(_)));
+        schedule.renew(&two(6.0), &body, 0.022);
+        assert_eq!(schedule.update(&two(6.0), &body, STEP), Detection::Cached);
+        assert!(matches!(schedule.update(&two(20.0), &body, STEP), Detection::Stale(_)));
     }
 }

@@ -1,4 +1,4 @@
-//! Contacts answered by the engine's own solver.
+//! Contacts solved by the engine itself, read back.
 //!
 //! Within each sub-step the engine solves a non-penetration row a contact (and two friction rows
 //! where an effect asks for them) after all cable rows. Contacts are stiff (see
@@ -7,7 +7,7 @@
 //! 1. **Restitution.** The engine applies it contact by contact, each spoiling the one before: 81 knots
 //!    that hit a free plate at once with e = 1 gained 4 % of their energy. So the engine knows no
 //!    restitution; contacts that were closing and felt an impulse get the rest of Eq. 4.26 at once, by
-//!    the simultaneous impulses of [`super::impulse`].
+//!    the simultaneous impulses of [`super::woodbury`].
 //! 2. **Lever of friction.** The engine lets friction act where ball and part touch, a radius beside
 //!    the centre of the ball. A knot cannot turn, so the moment of that lever was lost: 4e-3 of all
 //!    angular momentum on a box that winds the net up. Here all impulses act at the centre of the knot.
@@ -18,19 +18,20 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::impulse::Simultaneous;
-use super::{Mobility, Row};
+use super::InverseInertia;
+use super::row::{ContactRow, JacobianWeights};
+use super::woodbury::Woodbury;
 use crate::net::Net;
-use crate::state::{Body, Contact, State};
+use crate::state::{Body, Contact, Knots, State};
 use crate::target::Target;
 use crate::target::motion::RigidMotion;
 use crate::target::spec::Motion;
 use crate::world::World;
 
-/// What the engine's answer needs beside the engine.
-pub struct Rapier {
+/// What the engine's contacts need beside the engine.
+pub struct EngineContacts {
     /// In the body frame.
-    mobility: Mobility,
+    inverse_inertia: InverseInertia,
     /// Inertia of a free target in the body frame [kg m^2].
     inertia: Option<Matrix3<f64>>,
     /// How it turns on its own.
@@ -42,11 +43,11 @@ pub struct Rapier {
     found: Vec<Contact>,
 }
 
-impl Rapier {
+impl EngineContacts {
     /// Contacts of `net` with `target` that bounce with the coefficient `restitution` [-].
-    pub fn new(net: &Net, target: &Target, restitution: f64) -> Rapier {
-        Rapier {
-            mobility: Mobility::of(target),
+    pub fn new(net: &Net, target: &Target, restitution: f64) -> EngineContacts {
+        EngineContacts {
+            inverse_inertia: InverseInertia::of(target),
             inertia: (target.motion == Motion::Free).then_some(target.inertia),
             motion: RigidMotion::of(target),
             restitution,
@@ -69,7 +70,7 @@ impl Rapier {
             self.bounce(world, before, state, &mut found);
         }
         for contact in &mut found {
-            weigh(contact, before, state);
+            settle_work(contact, before, state);
         }
         state.contacts.extend_from_slice(&found);
         self.found = found;
@@ -87,7 +88,8 @@ impl Rapier {
         }
         if momentum != Vector3::zeros() {
             // The impulses act at the start of the step; from there the body turns on its own.
-            let mut turned = Body { rate: self.mobility.at(start).inverse_inertia * momentum, ..*start };
+            let mut turned =
+                Body { rate: self.inverse_inertia.at(start).inverse_inertia * momentum, ..*start };
             self.motion.drift(&mut turned, step);
             body.attitude = turned.attitude;
             body.rate = turned.rate;
@@ -99,64 +101,81 @@ impl Rapier {
     /// Contacts that were closing and felt an impulse part at e times the speed (Eq. 4.11), all at once.
     fn bounce(&self, world: &mut World, before: &State, state: &mut State, new: &mut [Contact]) {
         let (Some(start), Some(mut body)) = (&before.target, state.target) else { return };
-        let mut rows: Vec<(usize, Row, f64)> = Vec::new();
-        for (index, contact) in new.iter().enumerate() {
-            let knot = contact.knot;
-            let speed = |state: &State, body: &Body| {
-                let knots = &state.knots;
-                contact.normal.dot(&(knots.velocity[knot] - body.velocity_at(knots.position[knot])))
-            };
-            let (closing, parting) = (speed(before, start), speed(state, &body));
-            let wanted = -self.restitution * closing - parting;
-            if contact.impulse <= 0.0 || closing >= 0.0 || wanted <= 0.0 {
-                continue;
-            }
-            let row = Row {
-                knot,
-                inverse_mass: self.inverse_mass[knot],
-                radius: self.radius[knot],
-                normal: contact.normal,
-                arm: state.knots.position[knot] - body.position,
-                gap: contact.gap,
-                velocity: parting * contact.normal,
-            };
-            // A knot between two parts: the one it hits harder.
-            match rows.last_mut() {
-                Some(last) if last.1.knot == knot => {
-                    if wanted > last.2 {
-                        *last = (index, row, wanted);
-                    }
-                }
-                _ => rows.push((index, row, wanted)),
-            }
-        }
+        let (mut rows, of) = self.bouncing(before, start, state, &body, new);
         if rows.is_empty() {
             return;
         }
-        let plain: Vec<Row> = rows.iter().map(|(_, row, _)| *row).collect();
-        let wanted: Vec<f64> = rows.iter().map(|(_, _, wanted)| *wanted).collect();
-        let mobility = self.mobility.at(&body);
-        let mut solver = Simultaneous::default();
-        for ((index, row, _), &push) in rows.iter().zip(solver.push(&plain, &mobility, &wanted)) {
-            let impulse = push * row.normal;
-            state.knots.velocity[row.knot] += row.inverse_mass * impulse;
-            body.velocity -= mobility.inverse_mass * impulse;
-            body.rate -= mobility.inverse_inertia * row.arm.cross(&impulse);
-            world.set_velocity(row.knot, &state.knots.velocity[row.knot]);
-            let contact = &mut new[*index];
-            contact.impulse += push;
-            contact.point += (push / contact.impulse) * (state.knots.position[row.knot] - contact.point);
+        let target = self.inverse_inertia.at(&body);
+        Woodbury::default().solve(&mut rows, &target, |row| row.wanted_speed - row.speed);
+        for (row, index) in rows.iter().zip(of) {
+            let (knot, impulse) = (row.weights.first(), row.whole_impulse());
+            state.knots.velocity[knot] += row.inverse_mass * impulse;
+            body.velocity -= target.inverse_mass * impulse;
+            body.rate -= target.inverse_inertia * row.arm.unwrap_or_default().cross(&impulse);
+            world.set_velocity(knot, &state.knots.velocity[knot]);
+            let contact = &mut new[index];
+            contact.impulse += row.impulse;
+            contact.point += (row.impulse / contact.impulse) * (state.knots.position[knot] - contact.point);
         }
         if self.inertia.is_some() {
             world.set_target(&body);
             state.target = Some(body);
         }
     }
+
+    /// Rows of the contacts that are to part faster than they do, and which contacts these are.
+    fn bouncing(
+        &self,
+        before: &State,
+        start: &Body,
+        state: &State,
+        body: &Body,
+        new: &[Contact],
+    ) -> (Vec<ContactRow>, Vec<usize>) {
+        let (mut rows, mut of) = (Vec::<ContactRow>::new(), Vec::<usize>::new());
+        for (index, contact) in new.iter().enumerate() {
+            let knot = contact.knot;
+            let speed = |knots: &Knots, body: &Body| {
+                contact.normal.dot(&(knots.velocity[knot] - body.velocity_at(knots.position[knot])))
+            };
+            let (closing, parting) = (speed(&before.knots, start), speed(&state.knots, body));
+            let wanted_speed = -self.restitution * closing;
+            if contact.impulse <= 0.0 || closing >= 0.0 || wanted_speed - parting <= 0.0 {
+                continue;
+            }
+            let row = ContactRow {
+                weights: JacobianWeights::of_knot(knot),
+                inverse_mass: self.inverse_mass[knot],
+                radius: self.radius[knot],
+                normal: contact.normal,
+                arm: Some(state.knots.position[knot] - body.position),
+                gap: contact.gap,
+                velocity: parting * contact.normal,
+                speed: parting,
+                wanted_speed,
+                softness: 0.0,
+                impulse: 0.0,
+                friction: Vector3::zeros(),
+            };
+            // A knot between two parts: the one it hits harder.
+            if let (Some(last), Some(last_of)) = (rows.last_mut(), of.last_mut())
+                && row.is_of_the_knot_of(last)
+            {
+                if wanted_speed - parting > last.wanted_speed - last.speed {
+                    (*last, *last_of) = (row, index);
+                }
+                continue;
+            }
+            rows.push(row);
+            of.push(index);
+        }
+        (rows, of)
+    }
 }
 
 /// Work and losses of a contact's impulses. With velocities averaged over the step, impulse times
 /// velocity is exactly the change of a knot's kinetic energy.
-fn weigh(contact: &mut Contact, before: &State, after: &State) {
+fn settle_work(contact: &mut Contact, before: &State, after: &State) {
     let surface =
         |state: &State| state.target.map_or(Vector3::zeros(), |body| body.velocity_at(contact.point));
     let knot = 0.5 * (before.knots.velocity[contact.knot] + after.knots.velocity[contact.knot]);

@@ -1,0 +1,134 @@
+//! Planes of whole cables: found anew, and kept where one detection does not find them again.
+//!
+//! A cable touches at places between its knots. The engine's narrow phase finds them with capsules; each
+//! becomes a plane that keeps the material place at share s of the cable outside. Both end knots bear the
+//! impulse J of a place, by the lever rule: (1 − s) J and s J. The place answers with the inverse mass
+//! (1 − s)² / m_a + s² / m_b; linear and angular momentum are kept, since the weighted mean of the
+//! knots' positions is the place.
+//!
+//! The engine finds the one place of a cable that is nearest. A cable that rests on two edges touches at both:
+//! a place that is not found again is kept while it is near the surface that it touched, or the cable sinks
+//! into one edge while the engine sees the other, and is pushed out of each in turn.
+//!
+//! A place that got inside is pushed out within a few milliseconds, not at once: planes found anew differ
+//! a little from those carried along, and to undo that within a sub-step would shoot the cable off. So
+//! would a force that answered such an overlap at once: what a plane is found with is left out first.
+
+use crate::net::Net;
+use crate::solver::Precision;
+use crate::state::{Along, Body, Contact, Knots, State};
+use crate::target::Target;
+use crate::target::parts::ConvexPart;
+use crate::world::CableDetector;
+
+use super::plane::ContactPlane;
+
+/// A place found anew within this share of the cable from one known before is the same.
+const SAME_CONTACT: f64 = 0.1;
+
+/// Finds planes of cables.
+pub struct CablePlanes {
+    detector: CableDetector,
+    /// The target's parts in the body frame.
+    solids: Vec<ConvexPart>,
+    /// Of each cable [m].
+    radius: Vec<f64>,
+    /// Whether overlaps are answered by a force.
+    by_force: bool,
+    /// Contacts and planes of a detection; kept for their memory.
+    found: Vec<Contact>,
+    before: Vec<ContactPlane>,
+}
+
+impl CablePlanes {
+    /// For the cables of `net` around `target`, found in the engine's `precision`.
+    pub fn new(net: &Net, target: &Target, precision: Precision, by_force: bool) -> CablePlanes {
+        CablePlanes {
+            detector: CableDetector::new(net, target, precision),
+            solids: target.parts.clone(),
+            radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
+            by_force,
+            found: Vec::new(),
+            before: Vec::new(),
+        }
+    }
+
+    /// Finds all planes within `margin` [m] anew; those that were and still are stay.
+    pub fn detect(&mut self, state: &State, body: &Body, margin: f64, planes: &mut Vec<ContactPlane>) {
+        let knots = &state.knots;
+        self.detector.detect(state, body, margin, &mut self.found);
+        self.before.clear();
+        self.before.append(planes);
+        for contact in &self.found {
+            let old = nearest(&self.before, contact);
+            planes.push(self.follow(self.plane(contact, knots, body), old, knots, body));
+        }
+        let n_found = planes.len();
+        for old in &self.before {
+            if nearest(&planes[..n_found], &old.record).is_none()
+                && let Some(moved) = moved(old, knots, body)
+                && self.is_real(&moved, knots, body, margin)
+            {
+                planes.push(self.follow(moved, Some(old), knots, body));
+            }
+        }
+    }
+
+    fn plane(&self, contact: &Contact, knots: &Knots, body: &Body) -> ContactPlane {
+        let place = contact.at_place(&knots.position) - body.position;
+        let normal = body.attitude.inverse_transform_vector(&contact.normal);
+        let height = contact.normal.dot(&place) - contact.gap;
+        let radius = self.radius[contact.along.unwrap_or_default().cable];
+        ContactPlane::new(contact, normal, height, radius, body.to_body(&contact.point))
+    }
+
+    /// Whether a plane is still the surface of the target near the cable: within half the `margin` of its
+    /// foot, and as far from the place as the part is. A cable that slid off an edge has the part beside it,
+    /// and the plane above.
+    fn is_real(&self, plane: &ContactPlane, knots: &Knots, body: &Body, margin: f64) -> bool {
+        let place = plane.record.at_place(&knots.position) - body.position;
+        let in_body = body.attitude.inverse_transform_vector(&place);
+        let distance = -self.solids[plane.record.part].depth(&in_body) - plane.radius;
+        (in_body - plane.foot).norm() < 0.5 * margin && distance - plane.gap(&place, body) < plane.radius
+    }
+
+    /// A plane that takes the place of an `old` one: no force answers what it finds deeper.
+    fn follow(
+        &self,
+        mut plane: ContactPlane,
+        old: Option<&ContactPlane>,
+        knots: &Knots,
+        body: &Body,
+    ) -> ContactPlane {
+        if self.by_force {
+            let answered = old.map_or(0.0, |old| old.depth(knots, body));
+            plane.initial_overlap = (plane.depth(knots, body) - answered).max(0.0);
+        }
+        plane.impulse = old.map_or(0.0, |old| old.impulse);
+        plane
+    }
+
+    /// Number of colliders of the detector.
+    pub fn n_colliders(&self) -> usize {
+        self.detector.n_colliders()
+    }
+}
+
+/// The same plane for where the cable is nearest to its foot now; none where that is a knot.
+fn moved(plane: &ContactPlane, knots: &Knots, body: &Body) -> Option<ContactPlane> {
+    let (from, along) = (knots.position[plane.record.knot], plane.along());
+    let across = knots.position[along.end] - from;
+    let foot = body.position + body.attitude * plane.foot;
+    let share = across.dot(&(foot - from)) / across.norm_squared();
+    (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
+}
+
+/// The plane that stands nearest on the same cable and part.
+fn nearest<'a>(planes: &'a [ContactPlane], contact: &Contact) -> Option<&'a ContactPlane> {
+    let place = contact.along.unwrap_or_default();
+    let same =
+        |plane: &&ContactPlane| plane.along().cable == place.cable && plane.record.part == contact.part;
+    let away = |plane: &ContactPlane| (plane.along().share - place.share).abs();
+    let nearest = planes.iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
+    nearest.filter(|plane| away(plane) < SAME_CONTACT)
+}

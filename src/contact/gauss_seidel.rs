@@ -1,0 +1,208 @@
+//! Contacts that share knots, solved one after another: projected Gauss-Seidel.
+//!
+//! A row keeps one place of the net from the target, or two places of the net from each other. A
+//! place is a weighted mean of knots, so rows share knots, D of Eq. 4.28 is no longer diagonal and
+//! the Woodbury solve of [`super::woodbury`] does not apply. The rows ask for impulses λ with
+//!
+//!   0 ≤ λ  ⟂  w = n · (velocity of the place relative to its other side) − w* + γ λ ≥ 0,
+//!
+//! a linear complementarity problem with the symmetric matrix G M⁻¹ Gᵀ. Projected Gauss-Seidel
+//! passes solve it: each row in turn takes the impulse that brings its own w to zero, and never a
+//! negative sum. A row of a cable on the target begins with what it had in the (sub-)step before, so few
+//! passes suffice.
+//!
+//! Each pass lowers the energy Σ m |v − v*|² / 2 that the problem minimises, whatever the order of
+//! the rows. From zero, ended early it leaves rows that still approach, and never energy; a first guess
+//! that is not taken back in time does leave energy: a wad of 11 x 11 knots exploded that way.
+
+use super::InverseInertia;
+use super::row::{ContactRow, NetMotion};
+use crate::state::Body;
+
+/// How far to go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IterationLimits {
+    /// Passes over the rows within a (sub-)step, at most.
+    pub passes: usize,
+    /// Passes end when none changes the speed of its row by more than this share of the fastest wanted
+    /// change.
+    pub tolerance: f64,
+}
+
+impl IterationLimits {
+    /// Until the rows hold. The Cubesat's capture takes 4 passes on average.
+    pub const WHOLE: IterationLimits = IterationLimits { passes: 100, tolerance: 1e-6 };
+
+    /// For rows of which the engine solves most again. With 5, 10, 30 and 100 passes the Cubesat's
+    /// capture took 2.2, 2.5, 3.0 and 4 times the time without such rows, and cables were pressed in by
+    /// at most 1.9, 1.0, 0.9 and 1.5 mm.
+    pub const AHEAD: IterationLimits = IterationLimits { passes: 12, tolerance: 1e-3 };
+}
+
+/// Solves for the impulses of `rows`, which begin with what they hold, and applies them to `net` and `body`;
+/// returns the number of passes.
+pub fn solve(
+    rows: &mut [ContactRow],
+    net: &mut impl NetMotion,
+    body: &mut Body,
+    target: &InverseInertia,
+    limits: IterationLimits,
+) -> usize {
+    let mut wanted = 0.0_f64;
+    for row in rows.iter() {
+        wanted = wanted.max(row.wanted_speed - row.normal.dot(&row.velocity_now(net, body)));
+    }
+    for row in rows.iter() {
+        row.apply(&(row.impulse * row.normal), net, body, target);
+    }
+    let diagonal: Vec<f64> =
+        rows.iter().map(|row| row.softness + row.inverse_mass_along(&row.normal, target)).collect();
+    for pass in 1..=limits.passes {
+        let mut largest = 0.0_f64;
+        for (row, diagonal) in rows.iter_mut().zip(&diagonal) {
+            let speed = row.normal.dot(&row.velocity_now(net, body));
+            let short = row.wanted_speed - speed - row.softness * row.impulse;
+            let impulse = (row.impulse + short / diagonal).max(0.0);
+            let change = impulse - row.impulse;
+            if change != 0.0 {
+                row.impulse = impulse;
+                row.apply(&(change * row.normal), net, body, target);
+                largest = largest.max(change.abs() * diagonal);
+            }
+        }
+        if largest <= limits.tolerance * wanted {
+            return pass;
+        }
+    }
+    limits.passes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::row::{JacobianWeights, MarkedKnots};
+    use crate::state::Knots;
+    use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const KNOTS: usize = 6;
+
+    /// Rows that share few knots, against the target and against each other.
+    fn random_rows(n: usize, inverse_mass: &[f64], random: &mut ChaCha8Rng) -> Vec<ContactRow> {
+        let mut number = |low: f64, high: f64| random.random_range(low..high);
+        (0..n)
+            .map(|i| {
+                let mut vector = || Vector3::new(number(-1.0, 1.0), number(-1.0, 1.0), number(-1.0, 1.0));
+                let (normal, arm) = (vector().normalize(), 0.2 * vector());
+                let (s, t) = (number(0.1, 0.9), number(0.1, 0.9));
+                let knot = |shift: usize| (i + shift) % KNOTS;
+                let with_target = i % 2 == 0;
+                let weights = if with_target {
+                    JacobianWeights::Two([(knot(0), 1.0 - s), (knot(1), s)])
+                } else {
+                    JacobianWeights::Four([
+                        (knot(0), 1.0 - s),
+                        (knot(1), s),
+                        (knot(3), t - 1.0),
+                        (knot(4), -t),
+                    ])
+                };
+                ContactRow {
+                    weights,
+                    inverse_mass: weights.all().iter().map(|&(knot, w)| w * w * inverse_mass[knot]).sum(),
+                    radius: 1e-3,
+                    normal,
+                    arm: with_target.then_some(arm),
+                    gap: 0.0,
+                    velocity: Vector3::zeros(),
+                    speed: 0.0,
+                    wanted_speed: number(-0.5, 0.5),
+                    softness: if i % 3 == 0 { number(0.0, 50.0) } else { 0.0 },
+                    impulse: 0.0,
+                    friction: Vector3::zeros(),
+                }
+            })
+            .collect()
+    }
+
+    fn net<'a>(knots: &'a mut Knots, inverse_mass: &'a [f64]) -> MarkedKnots<'a> {
+        MarkedKnots { knots, inverse_mass, touched: &mut [] }
+    }
+
+    fn speed(row: &ContactRow, knots: &Knots, inverse_mass: &[f64], body: &Body) -> f64 {
+        row.normal.dot(&row.velocity_now(&net(&mut knots.clone(), inverse_mass), body))
+    }
+
+    /// The complementarity problem by trying every set of acting rows: the velocities of the solution.
+    fn dense(
+        rows: &[ContactRow],
+        knots: &Knots,
+        inverse_mass: &[f64],
+        body: &Body,
+        target: &InverseInertia,
+    ) -> Vec<f64> {
+        let n = rows.len();
+        // Column j: change of every row's speed by a unit impulse of row j.
+        let mut matrix = DMatrix::zeros(n, n);
+        for j in 0..n {
+            let (mut moved, mut moved_body) = (knots.clone(), *body);
+            rows[j].apply(&rows[j].normal, &mut net(&mut moved, inverse_mass), &mut moved_body, target);
+            for (i, row) in rows.iter().enumerate() {
+                let now = row.velocity_now(&net(&mut moved, inverse_mass), &moved_body);
+                matrix[(i, j)] = row.normal.dot(&now) - speed(row, knots, inverse_mass, body);
+            }
+            matrix[(j, j)] += rows[j].softness;
+        }
+        let short: Vec<f64> =
+            rows.iter().map(|row| row.wanted_speed - speed(row, knots, inverse_mass, body)).collect();
+        for set in 0..1u32 << n {
+            let acting: Vec<usize> = (0..n).filter(|i| set >> i & 1 == 1).collect();
+            let part = DMatrix::from_fn(acting.len(), acting.len(), |i, j| matrix[(acting[i], acting[j])]);
+            let wanted = DVector::from_fn(acting.len(), |i, _| short[acting[i]]);
+            // No row acts: nothing to solve.
+            let solved = if acting.is_empty() { Some(wanted) } else { part.lu().solve(&wanted) };
+            let Some(solved) = solved else { continue };
+            let mut impulses = DVector::zeros(n);
+            for (&i, j) in acting.iter().zip(solved.iter()) {
+                impulses[i] = *j;
+            }
+            let left = &matrix * &impulses - DVector::from_row_slice(&short);
+            if impulses.iter().all(|j| *j >= -1e-9) && left.iter().all(|w| *w >= -1e-9) {
+                return impulses.iter().copied().collect();
+            }
+        }
+        panic!("a positive matrix has a solution");
+    }
+
+    #[test]
+    fn passes_agree_with_every_set_of_rows_tried_in_turn() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let inertia = Matrix3::new(3.0, 0.1, 0.2, 0.1, 2.0, 0.05, 0.2, 0.05, 1.5);
+        let target =
+            InverseInertia { inverse_mass: 1.0 / 3.5, inverse_inertia: inertia.try_inverse().unwrap() };
+        for n in 1..=6 {
+            for _ in 0..20 {
+                let inverse_mass: Vec<f64> = (0..KNOTS).map(|_| random.random_range(50.0..150.0)).collect();
+                let mut rows = random_rows(n, &inverse_mass, &mut random);
+                let mut number = |low: f64, high: f64| random.random_range(low..high);
+                let velocity =
+                    (0..KNOTS).map(|_| Vector3::new(number(-1.0, 1.0), number(-1.0, 1.0), 0.3)).collect();
+                let mut knots = Knots { position: vec![Vector3::zeros(); KNOTS], velocity };
+                let mut body = Body {
+                    position: Vector3::zeros(),
+                    attitude: UnitQuaternion::identity(),
+                    velocity: Vector3::new(0.1, 0.0, 0.2),
+                    rate: Vector3::new(0.5, -0.3, 0.1),
+                };
+                let expected = dense(&rows, &knots, &inverse_mass, &body, &target);
+                let limits = IterationLimits { passes: 100_000, tolerance: 1e-13 };
+                solve(&mut rows, &mut net(&mut knots, &inverse_mass), &mut body, &target, limits);
+                let scale = expected.iter().fold(1e-3, |most: f64, j| most.max(*j));
+                for (row, expected) in rows.iter().zip(&expected) {
+                    assert!((row.impulse - expected).abs() < 1e-6 * scale, "{} {expected}", row.impulse);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! How a target answers an impulse.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::state::Body;
+use crate::target::Target;
+use crate::target::spec::Motion;
+
+/// Inverse spatial inertia of a target; all zero for one that is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InverseInertia {
+    /// One over its mass [1/kg].
+    pub inverse_mass: f64,
+    /// Inverse of its inertia about the centre of mass, local frame unless said [1/(kg m^2)].
+    pub inverse_inertia: Matrix3<f64>,
+}
+
+impl InverseInertia {
+    /// That of `target`, in the body frame.
+    pub fn of(target: &Target) -> InverseInertia {
+        match target.motion {
+            Motion::Free => InverseInertia {
+                inverse_mass: 1.0 / target.mass,
+                // A checked inertia is positive definite.
+                inverse_inertia: target.inertia.try_inverse().unwrap_or_default(),
+            },
+            Motion::Fixed | Motion::Spinning => InverseInertia::default(),
+        }
+    }
+
+    /// The same in the local frame, from the body frame of `body`.
+    pub fn at(&self, body: &Body) -> InverseInertia {
+        let turn = body.attitude.to_rotation_matrix();
+        let inverse_inertia = turn.matrix() * self.inverse_inertia * turn.matrix().transpose();
+        InverseInertia { inverse_inertia, ..*self }
+    }
+
+    /// Change of the surface's velocity along `direction` by a unit impulse along it at `arm` [1/kg].
+    pub fn inverse_mass_along(&self, direction: &Vector3<f64>, arm: &Vector3<f64>) -> f64 {
+        let turn = arm.cross(direction);
+        self.inverse_mass * direction.norm_squared() + turn.dot(&(self.inverse_inertia * turn))
+    }
+}

@@ -1,0 +1,187 @@
+//! The one place that finds contacts of knots with the target, has them solved, and writes `State::contacts`.
+//!
+//! Who solves them is the scene's choice (`solver.contact`): a solver of ours on rows, within every
+//! (sub-)step, or the engine, which is read after its step. Contacts of another kind come as [`SurfaceContacts`]
+//! of cables and as [`super::strands`], which effects bring.
+//!
+//! A step in order: [`begin`](ContactManager::begin), [`update`](ContactManager::update) (detection, where it is
+//! due), [`solve`](ContactManager::solve) in every sub-step or [`read_engine`](ContactManager::read_engine),
+//! [`report`](ContactManager::report).
+
+use super::cable_planes::CablePlanes;
+use super::engine::EngineContacts;
+use super::lookahead::Lookahead;
+use super::penalty::Penalty;
+use super::row::{NetMotion, Parting, PushOut};
+use super::solver::{ContactSolver, NormalSolver};
+use super::surface::{Feature, SurfaceContacts};
+use super::woodbury::{self, Woodbury};
+use crate::friction::Law;
+use crate::net::Net;
+use crate::solver::{CableModel, ContactModel, Solver};
+use crate::state::{Body, Contact, Knots, State};
+use crate::target::Target;
+use crate::world::World;
+
+/// Time in which the overlap of a cable is undone [s], at least a step. With 1 ms the speed of that, half a
+/// metre a second, stayed with a place beside a bullet: 2 % of the Cubesat net's launch energy at once.
+const CABLE_PUSH_OUT: f64 = 5e-3;
+
+/// The same where the engine moves the cables, and presses what is left inside further in at every step: with
+/// 5 ms energy rose by up to 2e-3 of the launch energy, with 1 ms by 5e-4.
+const CABLE_PUSH_OUT_OF_ENGINE: f64 = 1e-3;
+
+/// Speed that the engine's cables may give a place within a step [m/s]: nearer than that, it has a row.
+const DRAWN_IN: f64 = 1.0;
+
+/// What contacts of a scene are made of.
+#[derive(Clone, Copy)]
+pub struct ContactSettings<'a> {
+    /// The net.
+    pub net: &'a Net,
+    /// The target.
+    pub target: &'a Target,
+    /// The numerical method.
+    pub solver: &'a Solver,
+    /// Friction, where an effect asks for it.
+    pub friction: Option<Law>,
+    /// Contact margin: distance from which planes are looked for [m].
+    pub margin: f64,
+    /// Speed of contact that steps are chosen for [m/s].
+    pub speed: f64,
+}
+
+impl ContactSettings<'_> {
+    /// Contacts of the knots, by a solver of ours; none where the engine solves them.
+    fn of_knots(&self) -> Option<SurfaceContacts> {
+        let normal = match self.solver.contact {
+            ContactModel::Rapier => return None,
+            ContactModel::Impulse => NormalSolver::Woodbury(Woodbury::default()),
+            ContactModel::Penalty => {
+                NormalSolver::Penalty { force: Penalty::new(self.net, &self.solver.penalty), deepest: None }
+            }
+        };
+        let solver = ContactSolver { normal, friction: self.friction };
+        let push_out = PushOut::Speed(woodbury::PUSH_OUT);
+        let parting = Parting { restitution: self.solver.restitution, push_out };
+        let feature = Feature::knots(self.net, self.target, self.solver.precision);
+        Some(SurfaceContacts::new(feature, self.target, self.margin, solver, parting, None))
+    }
+
+    /// Contacts of the cables. The engine has no row for two knots and a target: where it solves the knots'
+    /// contacts, those of cables are solved by impulses of ours.
+    pub fn of_cables(&self) -> SurfaceContacts {
+        let ContactSettings { net, target, solver, .. } = *self;
+        let by_engine = solver.cables == CableModel::Joints;
+        let by_force = solver.contact == ContactModel::Penalty;
+        let normal = if by_force {
+            let force = Penalty::new(net, &solver.penalty);
+            let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
+            NormalSolver::Penalty { force, deepest: Some(deepest) }
+        } else {
+            NormalSolver::GaussSeidel { lookahead: by_engine.then(|| Lookahead::new(net)), trial: Vec::new() }
+        };
+        let push_out = PushOut::Time(if by_engine { CABLE_PUSH_OUT_OF_ENGINE } else { CABLE_PUSH_OUT });
+        SurfaceContacts::new(
+            Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),
+            target,
+            self.margin,
+            ContactSolver { normal, friction: self.friction },
+            Parting { restitution: if by_force { 0.0 } else { solver.restitution }, push_out },
+            by_engine.then_some(DRAWN_IN),
+        )
+    }
+}
+
+/// Contacts of the knots with the target.
+pub enum ContactManager {
+    /// There is nothing to touch.
+    Absent,
+    /// Solved here.
+    Own(Box<SurfaceContacts>),
+    /// Solved by the engine.
+    Engine(Box<EngineContacts>),
+}
+
+impl ContactManager {
+    /// The contacts of `settings`, of none where there is no target.
+    pub fn new(settings: Option<&ContactSettings<'_>>) -> ContactManager {
+        let Some(settings) = settings else { return ContactManager::Absent };
+        match settings.of_knots() {
+            Some(own) => ContactManager::Own(Box::new(own)),
+            None => {
+                let ContactSettings { net, target, solver, .. } = *settings;
+                ContactManager::Engine(Box::new(EngineContacts::new(net, target, solver.restitution)))
+            }
+        }
+    }
+
+    /// Whether a solver of ours answers.
+    pub fn is_own(&self) -> bool {
+        matches!(self, ContactManager::Own(_))
+    }
+
+    /// Whether the engine answers.
+    pub fn is_of_engine(&self) -> bool {
+        matches!(self, ContactManager::Engine(_))
+    }
+
+    /// Forgets the contacts of the step before, or of one that is done again.
+    pub fn begin(&self, state: &mut State) {
+        state.contacts.clear();
+    }
+
+    /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.
+    pub fn update(&mut self, state: &State, step: f64) {
+        if let (ContactManager::Own(own), Some(body)) = (self, &state.target) {
+            own.update(state, body, step);
+        }
+    }
+
+    /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `body`.
+    pub fn solve(&mut self, net: &mut impl NetMotion, body: &mut Body, step: f64) {
+        if let ContactManager::Own(own) = self {
+            own.solve(net, body, step);
+        }
+    }
+
+    /// After the engine moved from `before` to `state` in `step` seconds: what it did at each contact, added to
+    /// what happened before within the step. The work of that on the knots [J].
+    pub fn read_engine(&mut self, world: &mut World, before: &State, state: &mut State, step: f64) -> f64 {
+        let ContactManager::Engine(engine) = self else { return 0.0 };
+        let n_before = state.contacts.len();
+        engine.observe(world, before, state, step);
+        state.contacts[n_before..].iter().map(|contact| contact.work_on_knot).sum()
+    }
+
+    /// At the end of a step that began at `before`: writes the contacts within it, and after them those of
+    /// `others`, which are given knots before and after.
+    pub fn report(
+        &self,
+        before: &Knots,
+        state: &mut State,
+        others: impl FnOnce(&Knots, &Knots, &mut Vec<Contact>),
+    ) {
+        let State { knots, contacts, .. } = state;
+        if let ContactManager::Own(own) = self {
+            own.report(before, knots, contacts);
+        }
+        others(before, knots, contacts);
+    }
+
+    /// Times a solver of ours had the engine look for contacts; none where the engine looks itself.
+    pub fn n_detections(&self) -> Option<u64> {
+        match self {
+            ContactManager::Own(own) => Some(own.n_detections),
+            _ => None,
+        }
+    }
+
+    /// Number of colliders of a detector of ours.
+    pub fn n_colliders(&self) -> usize {
+        match self {
+            ContactManager::Own(own) => own.n_colliders(),
+            _ => 0,
+        }
+    }
+}

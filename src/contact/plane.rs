@@ -1,0 +1,170 @@
+//! A contact between two detections: a plane that is fixed to the target and moves and turns with it.
+//!
+//! A plane stands for the surface near a knot, or near a place on a cable: past an edge it goes on by at most
+//! half the margin of detection, and on a curved part of radius R the knot floats by up to margin² / (8 R).
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::row::{ContactRow, JacobianWeights, NetMotion, Parting};
+use super::work::ContactWork;
+use crate::state::{Along, Body, Contact, Knots};
+
+/// A piece of the target's surface near a knot or a cable, in the body frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPlane {
+    /// Unit normal, towards the net.
+    pub normal: Vector3<f64>,
+    /// Distance of a touching knot's centre, or of a touching cable's middle line, from the target's centre of
+    /// mass, along the normal [m].
+    pub height: f64,
+    /// Radius of the knot or the cable [m].
+    pub radius: f64,
+    /// Where the target is touched, from its centre of mass [m]; of cables only.
+    pub foot: Vector3<f64>,
+    /// Impulse within the last sub-step [N s].
+    pub impulse: f64,
+    /// Overlap that it was found with and that no force answers, on its way to zero [m].
+    pub initial_overlap: f64,
+    /// Which knot or cable, which part, and what happened within the step.
+    pub record: Contact,
+    work: ContactWork,
+}
+
+/// When a row is needed, and what it is to reach.
+#[derive(Clone, Copy, Debug)]
+pub struct RowRules {
+    /// What is wanted at the end of the step.
+    pub parting: Parting,
+    /// Speed that the engine's cables may give a place within a step [m/s]: nearer than that, it has a row.
+    pub drawn_in: Option<f64>,
+}
+
+impl ContactPlane {
+    /// The plane of `contact` with `normal`, `height` and `foot` in the body frame.
+    pub fn new(
+        contact: &Contact,
+        normal: Vector3<f64>,
+        height: f64,
+        radius: f64,
+        foot: Vector3<f64>,
+    ) -> ContactPlane {
+        ContactPlane {
+            normal,
+            height,
+            radius,
+            foot,
+            impulse: 0.0,
+            initial_overlap: 0.0,
+            record: empty_record(contact),
+            work: ContactWork::default(),
+        }
+    }
+
+    /// Where the contact is on its cable.
+    pub fn along(&self) -> Along {
+        self.record.along.unwrap_or_default()
+    }
+
+    /// The same plane for another place on its cable, without what happened at the old one.
+    pub fn moved_to(&self, along: Along) -> ContactPlane {
+        ContactPlane {
+            record: empty_record(&Contact { along: Some(along), ..self.record }),
+            work: ContactWork::default(),
+            initial_overlap: 0.0,
+            ..*self
+        }
+    }
+
+    /// Forgets the step before.
+    pub fn begin_step(&mut self) {
+        self.record = empty_record(&self.record);
+        self.work = ContactWork::default();
+    }
+
+    /// Gap of a net at `place` from the body's centre [m].
+    pub fn gap(&self, place: &Vector3<f64>, body: &Body) -> f64 {
+        (body.attitude * self.normal).dot(place) - self.height
+    }
+
+    /// Overlap that is answered [m].
+    pub fn depth(&self, knots: &Knots, body: &Body) -> f64 {
+        let place = self.record.at_place(&knots.position) - body.position;
+        (-self.gap(&place, body) - self.initial_overlap).max(0.0)
+    }
+
+    /// Its row in a (sub-)step of `step` seconds, where it might be crossed within it; `turn` is the attitude of
+    /// `body`.
+    pub fn row(
+        &mut self,
+        net: &impl NetMotion,
+        body: &Body,
+        turn: &Rotation3<f64>,
+        step: f64,
+        rules: &RowRules,
+    ) -> Option<ContactRow> {
+        let (normal, weights) = (turn * self.normal, self.weights());
+        // normal · (x − surface point) − radius, the surface point in the body frame.
+        let arm = weights.sum(|knot| net.position(knot)) - body.position;
+        let gap = normal.dot(&arm) - self.height;
+        let velocity = weights.sum(|knot| net.velocity(knot)) - body.velocity - body.rate.cross(&arm);
+        let speed = normal.dot(&velocity);
+        self.record.gap = self.record.gap.min(gap);
+        let margin = rules.drawn_in.map_or(0.0, |drawn_in| step * velocity.norm().max(drawn_in));
+        if gap >= margin && gap + step * speed >= 0.0 {
+            self.impulse = 0.0;
+            return None;
+        }
+        self.initial_overlap *= 1.0 - rules.parting.push_out.share_within(step);
+        let gap = gap + self.initial_overlap;
+        Some(ContactRow {
+            weights,
+            inverse_mass: weights.inverse_mass(net),
+            radius: self.radius,
+            normal,
+            arm: Some(arm),
+            gap,
+            velocity,
+            speed,
+            wanted_speed: rules.parting.wanted_speed(gap, speed, self.radius, step),
+            softness: 0.0,
+            impulse: self.impulse,
+            friction: Vector3::zeros(),
+        })
+    }
+
+    fn weights(&self) -> JacobianWeights {
+        match self.record.along {
+            None => JacobianWeights::of_knot(self.record.knot),
+            Some(_) => JacobianWeights::Two(self.record.bearers()),
+        }
+    }
+
+    /// Adds the impulses of its row, while the body went from `before` to `after`.
+    pub fn add(&mut self, row: &ContactRow, before: &Body, after: &Body) {
+        let arm = row.arm.unwrap_or_default();
+        let surface = 0.5 * (before.velocity + after.velocity + (before.rate + after.rate).cross(&arm));
+        let record = &mut self.record;
+        record.normal = row.normal;
+        record.impulse += row.impulse;
+        // The mean over the sub-steps, so that impulse and moment agree.
+        if record.impulse > 0.0 {
+            record.point += (row.impulse / record.impulse) * (before.position + arm - record.point);
+        }
+        record.friction += row.friction;
+        self.work.add(&(row.impulse * row.normal), &row.friction, &surface);
+    }
+
+    /// The contact within the step from `before` to `after`, if there was a sub-step in which it was looked at.
+    pub fn contact(&self, before: &Knots, after: &Knots) -> Option<Contact> {
+        self.record.gap.is_finite().then(|| {
+            let mut contact = self.record;
+            self.work.settle(&mut contact, before, after);
+            contact
+        })
+    }
+}
+
+fn empty_record(contact: &Contact) -> Contact {
+    let Contact { knot, along, part, .. } = *contact;
+    Contact { knot, along, part, gap: f64::INFINITY, ..Contact::default() }
+}

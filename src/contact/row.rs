@@ -1,0 +1,312 @@
+//! The one row that every contact becomes, whatever touches and whichever solver reads it.
+//!
+//! | | weights | other side |
+//! |---|---|---|
+//! | a knot on the target | 1 | the target at `arm` |
+//! | a place at share s of a cable on the target | 1 − s, s | the target at `arm` |
+//! | two places within the net | 1 − s, s, −(1 − t), −t | the net itself: no `arm` |
+//!
+//! Row i of the Jacobian G of Eq. 4.28 has wₖ n for each of its knots and −(n, r × n) for the target, so
+//! its own entry of G M⁻¹ Gᵀ is Σ wₖ² / mₖ + n² / m_O + (r × n)ᵀ I_O⁻¹ (r × n).
+
+use nalgebra::Vector3;
+
+use super::InverseInertia;
+use crate::state::{Body, Knots};
+
+/// A contact within one (sub-)step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactRow {
+    /// Knots that bear it.
+    pub weights: JacobianWeights,
+    /// Σ wₖ² / mₖ over them [1/kg].
+    pub inverse_mass: f64,
+    /// Ball radius of the knot, or radius of the cable [m].
+    pub radius: f64,
+    /// Unit normal, towards the net; between two places of it, towards the first.
+    pub normal: Vector3<f64>,
+    /// Where the target is touched, from its centre of mass [m]; `None`: the net itself is.
+    ///
+    /// Impulses act at the centre of a knot and at the middle line of a cable, which cannot turn.
+    pub arm: Option<Vector3<f64>>,
+    /// Gap at the start of the step; negative when they overlap [m].
+    pub gap: f64,
+    /// Velocity of the net relative to the other side at the start of the step [m/s].
+    pub velocity: Vector3<f64>,
+    /// Its part along the normal: the speed of parting, negative when they approach [m/s].
+    pub speed: f64,
+    /// Least speed of parting that is wanted at the end, w* [m/s].
+    pub wanted_speed: f64,
+    /// γ: by how much the row gives way to its own impulse [1/kg]; 0: not at all.
+    pub softness: f64,
+    /// Impulse on the net along the normal [N s]; at first a guess, where the solver takes one.
+    pub impulse: f64,
+    /// Impulse on the net across the normal [N s].
+    pub friction: Vector3<f64>,
+}
+
+/// Knots of a row and their weights: they sum up to 1 on the side that the normal points to, and to −1 on
+/// the other, where that is the net too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JacobianWeights {
+    /// A knot.
+    One([(usize, f64); 1]),
+    /// A place on a cable, or a cable's two ends.
+    Two([(usize, f64); 2]),
+    /// Two places.
+    Four([(usize, f64); 4]),
+}
+
+/// Knots whose contacts are solved: those of a kernel, or of the state.
+pub trait NetMotion {
+    /// Position at the start of the (sub-)step [m].
+    fn position(&self, knot: usize) -> Vector3<f64>;
+    /// Velocity that contacts have to answer [m/s].
+    fn velocity(&self, knot: usize) -> Vector3<f64>;
+    /// One over the mass [1/kg].
+    fn inverse_mass(&self, knot: usize) -> f64;
+    /// Changes the velocity by `weight` times an impulse [N s].
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64);
+    /// Hears that contacts changed the velocity of a knot.
+    fn mark(&mut self, _knot: usize) {}
+}
+
+/// The knots of a state, with marks on those that contacts moved.
+pub struct MarkedKnots<'a> {
+    /// Positions and velocities.
+    pub knots: &'a mut Knots,
+    /// One over each knot's mass [1/kg].
+    pub inverse_mass: &'a [f64],
+    /// Whether a velocity was changed.
+    pub touched: &'a mut [bool],
+}
+
+impl NetMotion for MarkedKnots<'_> {
+    fn position(&self, knot: usize) -> Vector3<f64> {
+        self.knots.position[knot]
+    }
+
+    fn velocity(&self, knot: usize) -> Vector3<f64> {
+        self.knots.velocity[knot]
+    }
+
+    fn inverse_mass(&self, knot: usize) -> f64 {
+        self.inverse_mass[knot]
+    }
+
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
+        self.knots.velocity[knot] += impulse * (weight * self.inverse_mass[knot]);
+    }
+
+    fn mark(&mut self, knot: usize) {
+        self.touched[knot] = true;
+    }
+}
+
+impl JacobianWeights {
+    /// Those of one knot.
+    pub fn of_knot(knot: usize) -> JacobianWeights {
+        JacobianWeights::One([(knot, 1.0)])
+    }
+
+    /// All knots with their weights.
+    pub fn all(&self) -> &[(usize, f64)] {
+        match self {
+            JacobianWeights::One(knots) => knots,
+            JacobianWeights::Two(knots) => knots,
+            JacobianWeights::Four(knots) => knots,
+        }
+    }
+
+    /// The first knot.
+    pub fn first(&self) -> usize {
+        self.all()[0].0
+    }
+
+    /// The weighted sum of a quantity of the knots.
+    pub fn sum(&self, of: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
+        match *self {
+            JacobianWeights::One([(knot, _)]) => of(knot),
+            JacobianWeights::Two([(a, u), (b, v)]) => u * of(a) + v * of(b),
+            JacobianWeights::Four([(a, s), (b, t), (c, u), (d, v)]) => {
+                s * of(a) + t * of(b) + u * of(c) + v * of(d)
+            }
+        }
+    }
+
+    /// Σ wₖ² / mₖ [1/kg].
+    pub fn inverse_mass(&self, net: &impl NetMotion) -> f64 {
+        self.all().iter().map(|&(knot, weight)| weight * weight * net.inverse_mass(knot)).sum()
+    }
+}
+
+impl ContactRow {
+    /// One over the mass of both sides along `direction` [1/kg].
+    pub fn inverse_mass_along(&self, direction: &Vector3<f64>, target: &InverseInertia) -> f64 {
+        self.inverse_mass + self.arm.map_or(0.0, |arm| target.inverse_mass_along(direction, &arm))
+    }
+
+    /// Velocity of the net relative to the other side now [m/s].
+    pub fn velocity_now(&self, net: &impl NetMotion, body: &Body) -> Vector3<f64> {
+        let of_net = self.weights.sum(|knot| net.velocity(knot));
+        of_net - self.arm.map_or_else(Vector3::zeros, |arm| body.velocity + body.rate.cross(&arm))
+    }
+
+    /// Gives `impulse` [N s] to the net, and takes it from the other side.
+    pub fn apply(
+        &self,
+        impulse: &Vector3<f64>,
+        net: &mut impl NetMotion,
+        body: &mut Body,
+        target: &InverseInertia,
+    ) {
+        for &(knot, weight) in self.weights.all() {
+            net.push(knot, impulse, weight);
+        }
+        if let Some(arm) = self.arm {
+            body.velocity -= target.inverse_mass * impulse;
+            body.rate -= target.inverse_inertia * arm.cross(impulse);
+        }
+    }
+
+    /// Whether both are of one knot.
+    pub fn is_of_the_knot_of(&self, other: &ContactRow) -> bool {
+        matches!(self.weights, JacobianWeights::One(_)) && self.weights == other.weights
+    }
+
+    /// Impulse on the net along and across the normal [N s].
+    pub fn whole_impulse(&self) -> Vector3<f64> {
+        self.impulse * self.normal + self.friction
+    }
+}
+
+/// What an overlap at the start of a step is undone by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PushOut {
+    /// Within the step, at so many metres a second at most.
+    Speed(f64),
+    /// Within so many seconds, or a step where that is longer, and as if it were no deeper than the radius: what
+    /// went through would be shot off.
+    Time(f64),
+}
+
+impl PushOut {
+    /// Share of an overlap that is undone within a step of `step` seconds, where it takes a time [-].
+    pub fn share_within(&self, step: f64) -> f64 {
+        match self {
+            PushOut::Speed(_) => 1.0,
+            PushOut::Time(time) => step / time.max(step),
+        }
+    }
+}
+
+/// What is wanted of a contact at the end of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parting {
+    /// Coefficient of restitution e (Eq. 4.11) [-].
+    pub restitution: f64,
+    /// How an overlap is undone.
+    pub push_out: PushOut,
+}
+
+impl Parting {
+    /// Least speed of parting [m/s] at the end of a step of `step` seconds: with restitution −e times that
+    /// before (Eq. 4.26), else such that a gap closes at the end of the step and not before.
+    pub fn wanted_speed(&self, gap: f64, speed: f64, radius: f64, step: f64) -> f64 {
+        if self.restitution > 0.0 && speed < 0.0 {
+            -self.restitution * speed
+        } else if gap >= 0.0 {
+            -gap / step
+        } else {
+            match self.push_out {
+                PushOut::Speed(most) => (-gap / step).min(most),
+                PushOut::Time(time) => (-gap).min(radius) / time.max(step),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix3, UnitQuaternion, vector};
+
+    fn body() -> Body {
+        Body {
+            position: Vector3::zeros(),
+            attitude: UnitQuaternion::identity(),
+            velocity: vector![0.1, 0.0, 0.2],
+            rate: vector![0.5, -0.3, 0.1],
+        }
+    }
+
+    fn row(weights: JacobianWeights, inverse_mass: f64, arm: Option<Vector3<f64>>) -> ContactRow {
+        let normal = vector![2.0, -1.0, 2.0] / 3.0;
+        ContactRow {
+            weights,
+            inverse_mass,
+            radius: 1e-3,
+            normal,
+            arm,
+            gap: 0.0,
+            velocity: Vector3::zeros(),
+            speed: 0.0,
+            wanted_speed: 0.0,
+            softness: 0.0,
+            impulse: 0.0,
+            friction: Vector3::zeros(),
+        }
+    }
+
+    /// A unit impulse along a direction changes the relative speed along it by the inverse mass along it,
+    /// and no momentum.
+    #[test]
+    fn an_impulse_changes_the_speed_by_the_inverse_mass_and_no_momentum() {
+        let inertia = Matrix3::from_diagonal(&vector![3.0, 2.0, 1.5]);
+        let target =
+            InverseInertia { inverse_mass: 1.0 / 3.5, inverse_inertia: inertia.try_inverse().unwrap() };
+        let masses = [0.1, 0.2, 0.3, 0.4];
+        let inverse_mass = masses.map(|mass| 1.0 / mass);
+        let arm = vector![0.2, -0.1, 0.3];
+        for (weights, arm) in [
+            (JacobianWeights::of_knot(2), Some(arm)),
+            (JacobianWeights::Two([(0, 0.7), (1, 0.3)]), Some(arm)),
+            (JacobianWeights::Four([(0, 0.7), (1, 0.3), (2, -0.4), (3, -0.6)]), None),
+        ] {
+            let mut knots = Knots {
+                position: vec![arm.unwrap_or_default(); 4],
+                velocity: vec![vector![0.3, 0.1, -0.2]; 4],
+            };
+            let (mut body, mut touched) = (body(), [false; 4]);
+            let mut net =
+                MarkedKnots { knots: &mut knots, inverse_mass: &inverse_mass, touched: &mut touched };
+            let row = row(weights, weights.inverse_mass(&net), arm);
+            let momentum = |net: &MarkedKnots<'_>, body: &Body| {
+                let of_knots = (0..4).map(|knot| masses[knot] * net.velocity(knot)).sum::<Vector3<f64>>();
+                let turning: Vector3<f64> =
+                    (0..4).map(|knot| net.position(knot).cross(&(masses[knot] * net.velocity(knot)))).sum();
+                (of_knots + 3.5 * body.velocity, turning + inertia * body.rate)
+            };
+            let (speed, kept) = (row.normal.dot(&row.velocity_now(&net, &body)), momentum(&net, &body));
+            row.apply(&row.normal, &mut net, &mut body, &target);
+            let change = row.normal.dot(&row.velocity_now(&net, &body)) - speed;
+            assert!((change - row.inverse_mass_along(&row.normal, &target)).abs() < 1e-12, "{change}");
+            let now = momentum(&net, &body);
+            assert!((now.0 - kept.0).norm() < 1e-14 && (now.1 - kept.1).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn what_is_wanted_follows_gap_and_speed() {
+        let slow = Parting { restitution: 0.0, push_out: PushOut::Speed(1.0) };
+        assert_eq!(slow.wanted_speed(1e-3, -2.0, 1e-3, 1e-2), -0.1, "closes at the end of the step");
+        assert_eq!(slow.wanted_speed(-1e-3, -2.0, 1e-3, 1e-2), 0.1);
+        assert_eq!(slow.wanted_speed(-1.0, -2.0, 1e-3, 1e-2), 1.0, "and is not shot out");
+        let gentle = Parting { restitution: 0.0, push_out: PushOut::Time(5e-3) };
+        assert_eq!(gentle.wanted_speed(-1.0, -2.0, 1e-3, 1e-4), 0.2);
+        assert_eq!(gentle.wanted_speed(-1.0, -2.0, 1e-3, 1e-2), 0.1, "no shorter than a step");
+        let bouncing = Parting { restitution: 0.5, ..slow };
+        assert_eq!(bouncing.wanted_speed(1e-3, -2.0, 1e-3, 1e-2), 1.0);
+        assert_eq!(bouncing.wanted_speed(1e-3, 2.0, 1e-3, 1e-2), -0.1, "what parts does not bounce");
+    }
+}

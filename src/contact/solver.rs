@@ -1,0 +1,173 @@
+//! The solvers of contacts with the target behind one call: rows in, impulses out.
+//!
+//! | solver | rows | normal impulses | friction (Eq. 4.10) |
+//! |---|---|---|---|
+//! | [`super::woodbury`] | of different knots | all at once | at the velocities before |
+//! | [`super::gauss_seidel`] | may share knots | pass by pass | row by row, at the velocities so far |
+//! | [`super::penalty`] of knots | of different knots | each by its own overlap | at the velocities before |
+//! | [`super::penalty`] of cables | may share knots | each by its own overlap | row by row, at the velocities so far |
+//!
+//! Friction row by row never turns a slip, so where rows share knots it only takes energy.
+
+use nalgebra::Vector3;
+
+use super::InverseInertia;
+use super::friction::slowing_impulse;
+use super::gauss_seidel::{self, IterationLimits};
+use super::lookahead::Lookahead;
+use super::penalty::Penalty;
+use super::row::{ContactRow, NetMotion};
+use super::woodbury::Woodbury;
+use crate::friction::Law;
+use crate::state::Body;
+
+/// How normal impulses are found.
+pub enum NormalSolver {
+    /// Simultaneous impulses on different knots.
+    Woodbury(Woodbury),
+    /// Impulses on rows that share knots.
+    GaussSeidel {
+        /// The engine's rows, where it moves the cables after ours have acted.
+        lookahead: Option<Lookahead>,
+        /// Velocities that are tried with them [m/s]; kept for their memory.
+        trial: Vec<Vector3<f64>>,
+    },
+    /// A force that grows with the overlap.
+    Penalty {
+        /// The force.
+        force: Penalty,
+        /// Of rows that share knots: deepest overlap that the force of each knot may grow to [m].
+        deepest: Option<Vec<f64>>,
+    },
+}
+
+/// A solver with the friction that goes with it.
+pub struct ContactSolver {
+    /// Normal impulses.
+    pub normal: NormalSolver,
+    /// Friction, where an effect asks for it.
+    pub friction: Option<Law>,
+}
+
+impl ContactSolver {
+    /// Solves for the impulses of `rows` within a (sub-)step of `step` seconds and applies them to `net` and
+    /// `body`.
+    pub fn solve(
+        &mut self,
+        rows: &mut Vec<ContactRow>,
+        net: &mut impl NetMotion,
+        body: &mut Body,
+        target: &InverseInertia,
+        step: f64,
+    ) {
+        match &mut self.normal {
+            NormalSolver::Woodbury(woodbury) => {
+                // What parts by itself within the step wants nothing.
+                let wanted = |row: &ContactRow| {
+                    if row.gap + row.speed * step >= 0.0 { 0.0 } else { row.wanted_speed - row.speed }
+                };
+                woodbury.solve(rows, target, wanted);
+                self.apply_at_once(rows, net, body, target);
+            }
+            NormalSolver::Penalty { force, deepest: None } => {
+                force.solve(rows, step, None);
+                self.apply_at_once(rows, net, body, target);
+            }
+            NormalSolver::Penalty { force, deepest } => {
+                force.solve(rows, step, deepest.as_deref());
+                apply_normal(rows, net, body, target);
+                self.rub_in_turn(rows, net, body, target);
+            }
+            NormalSolver::GaussSeidel { lookahead: None, .. } => {
+                gauss_seidel::solve(rows, net, body, target, IterationLimits::WHOLE);
+                self.rub_in_turn(rows, net, body, target);
+            }
+            NormalSolver::GaussSeidel { lookahead: Some(lookahead), trial } => {
+                solve_ahead(lookahead, trial, rows, net, body, target, step);
+                apply_normal(rows, net, body, target);
+                self.rub_in_turn(rows, net, body, target);
+            }
+        }
+    }
+
+    fn apply_at_once(
+        &self,
+        rows: &mut [ContactRow],
+        net: &mut impl NetMotion,
+        body: &mut Body,
+        target: &InverseInertia,
+    ) {
+        if let Some(law) = &self.friction {
+            for row in rows.iter_mut() {
+                row.friction = slowing_impulse(law, row, &row.velocity, target);
+            }
+        }
+        for row in rows.iter() {
+            row.apply(&row.whole_impulse(), net, body, target);
+        }
+    }
+
+    fn rub_in_turn(
+        &self,
+        rows: &mut [ContactRow],
+        net: &mut impl NetMotion,
+        body: &mut Body,
+        target: &InverseInertia,
+    ) {
+        let Some(law) = &self.friction else { return };
+        for row in rows {
+            row.friction = slowing_impulse(law, row, &row.velocity_now(net, body), target);
+            row.apply(&row.friction, net, body, target);
+        }
+    }
+}
+
+fn apply_normal(rows: &[ContactRow], net: &mut impl NetMotion, body: &mut Body, target: &InverseInertia) {
+    for row in rows {
+        row.apply(&(row.impulse * row.normal), net, body, target);
+    }
+}
+
+/// Solves `rows` together with those that the engine will have, and leaves the velocities as they are.
+fn solve_ahead(
+    lookahead: &mut Lookahead,
+    trial: &mut Vec<Vector3<f64>>,
+    rows: &mut Vec<ContactRow>,
+    net: &impl NetMotion,
+    body: &Body,
+    target: &InverseInertia,
+    step: f64,
+) {
+    let own = rows.len();
+    lookahead.add_rows(net, body, step, rows);
+    trial.clear();
+    trial.extend((0..lookahead.n_knots).map(|knot| net.velocity(knot)));
+    let (mut tried, mut body) = (Tried { net, velocity: trial }, *body);
+    gauss_seidel::solve(rows, &mut tried, &mut body, target, IterationLimits::AHEAD);
+    lookahead.remember(&rows[own..]);
+    rows.truncate(own);
+}
+
+/// A net with velocities of its own.
+struct Tried<'a, N> {
+    net: &'a N,
+    velocity: &'a mut [Vector3<f64>],
+}
+
+impl<N: NetMotion> NetMotion for Tried<'_, N> {
+    fn position(&self, knot: usize) -> Vector3<f64> {
+        self.net.position(knot)
+    }
+
+    fn velocity(&self, knot: usize) -> Vector3<f64> {
+        self.velocity[knot]
+    }
+
+    fn inverse_mass(&self, knot: usize) -> f64 {
+        self.net.inverse_mass(knot)
+    }
+
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
+        self.velocity[knot] += impulse * (weight * self.net.inverse_mass(knot));
+    }
+}

@@ -1,0 +1,202 @@
+//! Contacts of the net with the target: found by the engine's narrow phase, carried as planes, solved as
+//! rows. The same for knots and for whole cables.
+//!
+//! ```text
+//! DetectionSchedule -> narrow phase -> ContactPlane -> ContactRow -> ContactSolver -> Contact
+//! (when)               (knots, cables)  (moves with     (sub-step)    (impulses)       (record of the step)
+//!                                        the target)
+//! ```
+
+use super::InverseInertia;
+use super::cable_planes::CablePlanes;
+use super::penalty::Penalty;
+use super::plane::{ContactPlane, RowRules};
+use super::row::{ContactRow, NetMotion, Parting};
+use super::schedule::{Detection, DetectionSchedule};
+use super::solver::{ContactSolver, NormalSolver};
+use crate::net::Net;
+use crate::solver::Precision;
+use crate::state::{Body, Contact, Knots, State};
+use crate::target::Target;
+use crate::world::Detector;
+use nalgebra::Vector3;
+
+/// What of the net is to be kept from the target.
+pub enum Feature {
+    /// Its knots.
+    Knots {
+        /// Finds them.
+        detector: Detector,
+        /// Of each [m].
+        radius: Vec<f64>,
+        /// Contacts of a detection; kept for their memory.
+        found: Vec<Contact>,
+    },
+    /// Its cables.
+    Cables(CablePlanes),
+}
+
+/// Knots or cables near the target, and how their contacts are solved.
+pub struct SurfaceContacts {
+    feature: Feature,
+    solver: ContactSolver,
+    rules: RowRules,
+    /// In the body frame.
+    inverse_inertia: InverseInertia,
+    schedule: DetectionSchedule,
+    planes: Vec<ContactPlane>,
+    /// Rows of the sub-step, and their planes; kept for their memory.
+    rows: Vec<ContactRow>,
+    planes_of: Vec<usize>,
+    /// Times the engine looked for contacts.
+    pub n_detections: u64,
+}
+
+impl Feature {
+    /// The knots of `net` around `target`, found in the engine's `precision`.
+    pub fn knots(net: &Net, target: &Target, precision: Precision) -> Feature {
+        let detector = Detector::new(net, target, precision);
+        Feature::Knots { detector, radius: net.radius.clone(), found: Vec::new() }
+    }
+
+    /// Number of colliders of its detector.
+    fn n_colliders(&self) -> usize {
+        match self {
+            Feature::Knots { detector, .. } => detector.n_colliders(),
+            Feature::Cables(cables) => cables.n_colliders(),
+        }
+    }
+}
+
+impl SurfaceContacts {
+    /// Contacts of a `feature` of the net with `target`, detected from the distance `margin` [m].
+    pub fn new(
+        feature: Feature,
+        target: &Target,
+        margin: f64,
+        solver: ContactSolver,
+        parting: Parting,
+        drawn_in: Option<f64>,
+    ) -> SurfaceContacts {
+        SurfaceContacts {
+            feature,
+            solver,
+            rules: RowRules { parting, drawn_in },
+            inverse_inertia: InverseInertia::of(target),
+            schedule: DetectionSchedule::new(margin, target.bounding_radius),
+            planes: Vec::new(),
+            rows: Vec::new(),
+            planes_of: Vec::new(),
+            n_detections: 0,
+        }
+    }
+
+    /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.
+    pub fn update(&mut self, state: &State, body: &Body, step: f64) {
+        if let NormalSolver::GaussSeidel { lookahead: Some(lookahead), .. } = &mut self.solver.normal {
+            lookahead.update(&state.contacts, body);
+        }
+        for plane in &mut self.planes {
+            plane.begin_step();
+        }
+        match self.schedule.update(&state.knots, body, step) {
+            Detection::Separated => self.planes.clear(),
+            Detection::Cached => {}
+            Detection::Stale(margin) => self.detect(state, body, margin),
+        }
+    }
+
+    fn detect(&mut self, state: &State, body: &Body, margin: f64) {
+        let (planes, schedule) = (&mut self.planes, &mut self.schedule);
+        self.n_detections += 1;
+        match &mut self.feature {
+            Feature::Knots { detector, radius, found } => {
+                detector.detect(schedule.renew(&state.knots, body, margin), margin, found);
+                planes.clear();
+                for contact in &*found {
+                    let (knot, normal) = (contact.knot, contact.normal);
+                    schedule.found(knot, normal);
+                    let height = normal.dot(&schedule.at(knot)) - contact.gap;
+                    planes.push(ContactPlane::new(contact, normal, height, radius[knot], Vector3::zeros()));
+                }
+            }
+            Feature::Cables(cables) => {
+                cables.detect(state, body, margin, planes);
+                schedule.found_cables(&state.knots, body);
+            }
+        }
+    }
+
+    /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `body`, and marks
+    /// the knots.
+    pub fn solve(&mut self, net: &mut impl NetMotion, body: &mut Body, step: f64) {
+        if self.planes.is_empty() {
+            return;
+        }
+        self.find_rows(net, body, step);
+        if self.rows.is_empty() {
+            return;
+        }
+        let target = self.inverse_inertia.at(body);
+        let before = *body;
+        self.solver.solve(&mut self.rows, net, body, &target, step);
+        for (row, &plane) in self.rows.iter().zip(&self.planes_of) {
+            let plane = &mut self.planes[plane];
+            plane.impulse = row.impulse;
+            if row.whole_impulse() == Vector3::zeros() {
+                continue;
+            }
+            for &(knot, _) in row.weights.all() {
+                net.mark(knot);
+            }
+            plane.add(row, &before, body);
+        }
+    }
+
+    /// Rows of the planes that may be crossed within the step.
+    fn find_rows(&mut self, net: &impl NetMotion, body: &Body, step: f64) {
+        let turn = body.attitude.to_rotation_matrix();
+        let (rows, planes_of) = (&mut self.rows, &mut self.planes_of);
+        rows.clear();
+        planes_of.clear();
+        // At the end of the step, if nothing is done.
+        let depth = |row: &ContactRow| -(row.gap + step * row.speed);
+        for (index, plane) in self.planes.iter_mut().enumerate() {
+            let Some(row) = plane.row(net, body, &turn, step, &self.rules) else { continue };
+            // A knot between two parts: the one it is deeper in.
+            if let (Some(last), Some(of)) = (rows.last_mut(), planes_of.last_mut())
+                && row.is_of_the_knot_of(last)
+            {
+                if depth(&row) > depth(last) {
+                    (*last, *of) = (row, index);
+                }
+                continue;
+            }
+            rows.push(row);
+            planes_of.push(index);
+        }
+    }
+
+    /// Adds the contacts within the step from `before` to `after` to `contacts`.
+    pub fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
+        contacts.extend(self.planes.iter().filter_map(|plane| plane.contact(before, after)));
+    }
+
+    /// Energy that forces on cables hold where these are pressed in now [J].
+    pub fn stored_energy(&self, knots: &Knots, body: &Body) -> f64 {
+        let NormalSolver::Penalty { force, deepest: Some(deepest) } = &self.solver.normal else { return 0.0 };
+        self.planes.iter().map(|plane| energy(force, deepest, plane, plane.depth(knots, body))).sum()
+    }
+
+    /// Number of colliders of the detector.
+    pub fn n_colliders(&self) -> usize {
+        self.feature.n_colliders()
+    }
+}
+
+/// Energy of a force that grows no more beyond the `deepest` overlap [J].
+fn energy(force: &Penalty, deepest: &[f64], plane: &ContactPlane, depth: f64) -> f64 {
+    let knot = plane.record.knot;
+    let beyond = (depth - deepest[knot]).max(0.0);
+    force.energy(knot, depth - beyond) + beyond * force.force(knot, deepest[knot], 0.0)
+}

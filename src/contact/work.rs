@@ -1,0 +1,40 @@
+//! Work of a contact's impulses within a step.
+
+use nalgebra::Vector3;
+
+use crate::state::{Contact, Knots};
+
+/// Impulses of a contact within a step, and the work of the target's surface against them.
+///
+/// Work on the net is impulse times the mean of a knot's velocity before and after the step: with all
+/// impulses of the step so weighed, cables' among them, it is exactly the change of kinetic energy.
+/// Over single kicks it would count as lost whatever cables press into a contact at rest. The target,
+/// which contacts alone move, is weighed kick by kick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactWork {
+    /// Along the normals [N s].
+    along: Vector3<f64>,
+    /// Across them [N s].
+    across: Vector3<f64>,
+    /// Work of both that the surface gives [J].
+    from_surface: [f64; 2],
+}
+
+impl ContactWork {
+    /// Adds impulses on the net along and across the normal, while the surface has the mean velocity
+    /// `surface` [m/s].
+    pub fn add(&mut self, along: &Vector3<f64>, across: &Vector3<f64>, surface: &Vector3<f64>) {
+        self.along += along;
+        self.across += across;
+        self.from_surface[0] += along.dot(surface);
+        self.from_surface[1] += across.dot(surface);
+    }
+
+    /// Writes work and losses within a step from `before` to `after` to `contact`.
+    pub fn settle(&self, contact: &mut Contact, before: &Knots, after: &Knots) {
+        let mean = 0.5 * (contact.at_place(&before.velocity) + contact.at_place(&after.velocity));
+        contact.work_on_knot = (self.along + self.across).dot(&mean);
+        contact.loss = self.from_surface[0] - self.along.dot(&mean);
+        contact.friction_loss = self.from_surface[1] - self.across.dot(&mean);
+    }
+}
