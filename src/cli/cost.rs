@@ -30,7 +30,8 @@ pub struct Arguments {
     /// Prints the table that `run --accuracy` reads, from the `cost.json` of studies made before.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "scene")]
     collect: Vec<PathBuf>,
-    /// Time that the study may take: `90s`, `5min`.
+    /// What the study may spend: `90s`, `5min` of processor time of a quiet core, counted in work, so that a busy
+    /// machine measures the same and takes longer.
     #[arg(long, value_name = "TIME", default_value = "90s", value_parser = budget)]
     budget: f64,
     /// Time up to which errors are quoted [s]; left out: as far as chaos lets them mean something.

@@ -14,6 +14,7 @@ use super::page::{self, Figure};
 use super::table::{number, table};
 use super::{plots, results};
 use crate::study::cost::advice::{length, seconds};
+use crate::study::cost::bench::LEFT_OUT;
 use crate::study::cost::dials::{AS_WRITTEN, Kind};
 use crate::study::cost::errors::{Counts, Worth};
 use crate::study::cost::verdicts::Agreement;
@@ -249,9 +250,24 @@ fn notes(study: &Study) -> Vec<String> {
         ));
     }
     notes.extend(study.advice.warnings.iter().map(|warning| format!("Turned the wrong way: {warning}.")));
-    let without = study.settings.iter().filter_map(|one| Some((one, one.without.as_ref()?)));
-    notes.extend(without.map(|(one, why)| format!("{} {why}.", one.label)));
+    notes.extend(without(study));
     notes
+}
+
+/// What has no numbers: each refusal and failure in a line, what the budget did not cover in one for all.
+fn without(study: &Study) -> Vec<String> {
+    let without = study.settings.iter().filter_map(|one| Some((one, one.without.as_ref()?)));
+    let (left_out, others): (Vec<_>, Vec<_>) = without.partition(|(_, why)| why.starts_with(LEFT_OUT));
+    let mut lines: Vec<String> = others.iter().map(|(one, why)| format!("{} {why}.", one.label)).collect();
+    if !left_out.is_empty() {
+        let labels: Vec<&str> = left_out.iter().map(|(one, _)| one.label.as_str()).collect();
+        lines.push(format!(
+            "Left out, beyond a budget of {}: {}.",
+            seconds(study.request.budget_s),
+            labels.join(", ")
+        ));
+    }
+    lines
 }
 
 /// The page: advice, table and figures, everything within one file.

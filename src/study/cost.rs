@@ -2,11 +2,12 @@
 //!
 //! Every dial that trades accuracy for time is turned, one at a time, and each setting is set against
 //! a reference made on the spot: before contact by the paths of the knots, after it by what must be
-//! kept and by the distribution of verdicts. A budget bounds the study; what it does not cover is
-//! listed as left out.
+//! kept and by the distribution of verdicts. A budget bounds the study, in work that is counted; what it does
+//! not cover is left out.
 //!
 //! | stage | does |
 //! |---|---|
+//! | [`budget`] | what the study may spend, and what a run costs |
 //! | [`dials`] | the settings |
 //! | [`reference`] | the free flight, known far better than any run, and where chaos ends that |
 //! | [`bench`], [`errors`], [`timing`] | what a run is worth, and what it costs |
@@ -19,6 +20,7 @@
 pub mod accuracy;
 pub mod advice;
 pub mod bench;
+pub mod budget;
 pub mod dials;
 pub mod errors;
 pub mod front;
@@ -27,7 +29,7 @@ pub mod reference;
 pub mod timing;
 pub mod verdicts;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -38,16 +40,18 @@ use crate::failure::Failure;
 use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::provenance::Provenance;
+use crate::run::Run;
 use crate::scene::Source;
 
 use advice::Advice;
 use bench::Bench;
+use budget::Budget;
 use dials::Kind;
 use errors::Worth;
 use front::Order;
 use map::Map;
 use reference::{Quality, Reference, Window};
-use timing::{Cost, timed};
+use timing::Cost;
 use verdicts::Verdicts;
 
 /// Frames of a run: time between them where a run lasts long enough [s].
@@ -56,7 +60,7 @@ const SAMPLE: f64 = 0.01;
 /// What a study is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Request {
-    /// Time that it may take [s].
+    /// What it may spend: processor time of a quiet core, counted (see [`budget`]) [s].
     pub budget_s: f64,
     /// Seed of the perturbations.
     pub seed: u64,
@@ -181,31 +185,38 @@ pub fn run(
     mut progress: impl FnMut(&str, f64),
 ) -> Result<Study, Error> {
     let started = Instant::now();
-    let by = |share: f64| started + Duration::from_secs_f64(share * request.budget_s);
-    let mut tell = |what: &str| progress(what, started.elapsed().as_secs_f64() / request.budget_s);
+    let whole = request.budget_s;
+    let mut tell = |what: &str, spent: f64| progress(what, spent / whole);
 
-    tell("the scene as written");
+    tell("the scene as written", 0.0);
     let written = Case::build(source)?;
     let source = &studied(source, &written)?;
     let base = Case::build(source)?;
-    let (first, base_seconds) = timed(&base);
-    let first = first?;
+    let first = Run::of(&base, |_| {})?;
+    let work = &first.work;
     let shares = Shares::of(&base);
+    let mut spent = budget::price(&base, work);
 
-    tell("the reference");
-    let flight = flight(&base, first.extremes.first_contact, request, by(shares.reference));
+    tell("the reference", spent);
+    let flight = flight(&base, first.extremes.first_contact, request, shares.reference * whole);
     let reference = reference::reference(source, &base, &flight);
+    spent += shares.reference * whole;
 
     let settings = dials::settings(source, &base);
-    let unit = base_seconds / bench::units(&base);
-    let mut bench = Bench::new(&settings, reference.as_ref(), store, unit);
-    bench.survey(by(shares.survey), &mut tell);
-    bench.repeat(by(shares.repeats), &mut tell);
+    let mut bench = Bench::new(&settings, reference.as_ref(), store, work);
+    let mut budget = Budget::new((shares.survey * whole).min(whole - spent));
+    spent += budget.left();
+    bench.survey(&mut budget, |what| tell(what, shares.reference * whole));
+    // What the survey did not need is for the repeats.
+    budget.spend(-shares.repeats * whole);
+    bench.repeat(&mut budget, |what| tell(what, (shares.reference + shares.survey) * whole));
+    spent += shares.repeats * whole - budget.left();
     let measured = bench.measured();
 
-    tell("stability");
+    tell("stability", spent);
     let opened = crate::metrics::deployment::Deployment::of(&base, &first).deployment_time_s;
-    let maps = map::maps(&base, opened.max(base.time_step.step), by(shares.maps));
+    let maps = map::maps(&base, opened.max(base.time_step.step), shares.maps * whole);
+    spent += shares.maps * whole;
 
     let mut study = Study {
         title: base.scene.title.clone(),
@@ -226,14 +237,16 @@ pub fn run(
     };
     if base.target.is_some() {
         let seed = request.seed;
-        study.verdicts = verdicts::distributions(source, &base, &settings, seed, by(1.0), store, &mut tell);
+        let asked = verdicts::Asked { seed, seconds: whole - spent, work };
+        study.verdicts =
+            verdicts::distributions(source, &base, &settings, &asked, store, &mut |what| tell(what, spent));
     }
     study.advice = Advice::of(&study);
     study.took_s = started.elapsed().as_secs_f64();
     Ok(study)
 }
 
-/// Shares of the budget after which each stage ends.
+/// Shares of the budget, stage by stage; what is left is for the ensembles.
 struct Shares {
     reference: f64,
     survey: f64,
@@ -245,8 +258,8 @@ impl Shares {
     /// A scene with a target needs time for its ensembles.
     fn of(base: &Case) -> Shares {
         match base.target {
-            Some(_) => Shares { reference: 0.15, survey: 0.4, repeats: 0.55, maps: 0.6 },
-            None => Shares { reference: 0.35, survey: 0.65, repeats: 0.9, maps: 1.0 },
+            Some(_) => Shares { reference: 0.15, survey: 0.3, repeats: 0.15, maps: 0.05 },
+            None => Shares { reference: 0.35, survey: 0.3, repeats: 0.25, maps: 0.1 },
         }
     }
 }
@@ -264,12 +277,7 @@ fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
 }
 
 /// The flight that the reference is asked for: up to the frame before first contact.
-fn flight(
-    base: &Case,
-    first_contact: Option<f64>,
-    request: &Request,
-    deadline: Instant,
-) -> reference::Request {
+fn flight(base: &Case, first_contact: Option<f64>, request: &Request, seconds: f64) -> reference::Request {
     let sample = base.scene.output.sample_s.0;
     let duration = base.scene.duration_s.0;
     let end = first_contact.map_or(duration, |contact| (contact - sample).max(sample));
@@ -279,7 +287,7 @@ fn flight(
         whole: first_contact.is_none() && base.target.is_none(),
         first_contact,
         seed: request.seed,
-        deadline,
+        seconds,
         at: request.at_s,
     }
 }

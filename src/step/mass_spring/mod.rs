@@ -45,14 +45,24 @@ impl Method for Explicit {
         true
     }
 
-    /// A cable and sub-step is about a fiftieth of one of the engine.
-    fn price(&self, solver: &Solver, n_cables: usize, n_steps: f64, substeps: u32) -> f64 {
-        let stages = match solver.integrator {
+    /// Contacts are looked for every few steps.
+    fn forecast(&self, _n_cables: usize, n_steps: u64, time_step: TimeStep) -> Work {
+        Work {
+            steps: n_steps,
+            substeps: n_steps * u64::from(time_step.substeps),
+            detections: n_steps / 5,
+            ..Work::default()
+        }
+    }
+
+    /// 5 ns a cable and sub-step, with the motion of its knots.
+    fn price(&self, solver: &Solver, _n_knots: usize, n_cables: usize, work: &Work) -> f64 {
+        let evaluations = match solver.integrator {
             Integrator::Symplectic => 1.0,
             Integrator::Rk4 => 5.0,
-            Integrator::Located => 100.0,
+            Integrator::Located => 50.0,
         };
-        n_cables as f64 * (0.02 * stages * n_steps * f64::from(substeps) + 0.1 * n_steps)
+        5e-9 * evaluations * n_cables as f64 * work.substeps as f64
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {

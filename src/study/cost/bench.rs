@@ -1,17 +1,18 @@
 //! The settings under measurement: each once, then those worth it again and again, as time allows.
 
-use std::time::Instant;
-
 use serde::{Deserialize, Serialize};
 
+use super::budget::{self, Budget};
 use super::dials::Setting;
 use super::errors::Worth;
 use super::reference::{Reference, Window};
 use super::timing::{Cost, timed};
 use super::{Measured, Store, front_of, knot_radius};
-use crate::case::Case;
 use crate::problems::Problem;
-use crate::step;
+use crate::work::Work;
+
+/// How the word on a setting begins that the budget did not cover.
+pub const LEFT_OUT: &str = "left out";
 
 /// Most repeats of a setting.
 const REPEATS: usize = 9;
@@ -37,57 +38,62 @@ pub struct Bench<'a, S> {
     store: &'a S,
     samples: Vec<Vec<Sample>>,
     left_out: Vec<Option<String>>,
-    /// Processor time of a unit of work, for guesses [s].
-    second_per_unit: f64,
+    /// Work of the scene as written, for forecasts.
+    written: &'a Work,
 }
 
 impl<'a, S: Store> Bench<'a, S> {
-    /// A bench for `settings`; a unit of [`units`] takes `second_per_unit`.
+    /// A bench for `settings` of a scene that, as written, is the work `written`.
     pub fn new(
         settings: &'a [Setting],
         reference: Option<&'a Reference>,
         store: &'a S,
-        second_per_unit: f64,
+        written: &'a Work,
     ) -> Self {
         let (samples, left_out) = (vec![Vec::new(); settings.len()], vec![None; settings.len()]);
-        Bench { settings, reference, store, samples, left_out, second_per_unit }
+        Bench { settings, reference, store, samples, left_out, written }
     }
 
-    /// Each setting once, the cheapest first, as far as time allows.
-    pub fn survey(&mut self, deadline: Instant, tell: &mut impl FnMut(&str)) {
-        let guess =
-            |setting: &Setting| setting.case.as_ref().map_or(0.0, |case| self.second_per_unit * units(case));
-        let mut order: Vec<(f64, usize)> =
-            self.settings.iter().enumerate().map(|(i, setting)| (guess(setting), i)).collect();
+    /// Each setting once, the cheapest first, as far as the budget goes.
+    pub fn survey(&mut self, budget: &mut Budget, mut tell: impl FnMut(&str)) {
+        let mut order: Vec<(f64, usize)> = (0..self.settings.len()).map(|i| (self.forecast(i), i)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (guess, place) in order {
-            // The scene as written always: the others are set against it.
-            let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
-            if place != 0 && guess > left && !self.is_known(place, 0) {
-                let words = format!("left out: about {guess:.1} s, with {left:.1} s left for it");
-                self.left_out[place] = Some(words);
+        // The scene as written always, and first: the others are set against it.
+        order.sort_by_key(|(_, place)| *place != 0);
+        for (forecast, place) in order {
+            if place != 0 && !budget.covers(forecast) {
+                self.left_out[place] = Some(format!("{LEFT_OUT}: about {forecast:.1} s"));
                 continue;
             }
             tell(&self.settings[place].label);
-            self.measure(place);
+            self.measure(place, budget);
         }
     }
 
     /// The front and what is near it again and again, one after the other, so that a machine that
     /// slows down slows all of them.
-    pub fn repeat(&mut self, deadline: Instant, tell: &mut impl FnMut(&str)) {
+    pub fn repeat(&mut self, budget: &mut Budget, mut tell: impl FnMut(&str)) {
         for repeat in 1..REPEATS {
             for place in self.near_front() {
-                let last = self.samples[place].iter().map(|sample| sample.cost).fold(0.0, f64::max);
-                let duration = self.settings[place].case.as_ref().map_or(0.0, |c| c.scene.duration_s.0);
-                let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
-                if self.samples[place].len() == repeat
-                    && (last * duration < left || self.is_known(place, repeat))
-                {
+                let cost = self.samples[place].last().map_or(0.0, |sample| self.price(place, sample));
+                if self.samples[place].len() == repeat && budget.covers(cost) {
                     tell(&format!("{}, repeat {}", self.settings[place].label, repeat + 1));
-                    self.measure(place);
+                    self.measure(place, budget);
                 }
             }
+        }
+    }
+
+    /// What a setting will cost [s]; nothing where it is refused.
+    fn forecast(&self, place: usize) -> f64 {
+        self.settings[place].case.as_ref().map_or(0.0, |case| budget::forecast(case, self.written))
+    }
+
+    /// What a sample cost, by its counts [s]: the same whether it was measured now or before.
+    fn price(&self, place: usize, sample: &Sample) -> f64 {
+        match (&self.settings[place].case, &sample.outcome) {
+            (Ok(case), Ok(worth)) => budget::price(case, &worth.counts.work()),
+            _ => self.forecast(place),
         }
     }
 
@@ -100,11 +106,7 @@ impl<'a, S: Store> Bench<'a, S> {
         self.store.known(case, "measured", number).filter(|sample: &Sample| sample.windows == self.windows())
     }
 
-    fn is_known(&self, place: usize, number: usize) -> bool {
-        self.known(place, number).is_some()
-    }
-
-    fn measure(&mut self, place: usize) {
+    fn measure(&mut self, place: usize, budget: &mut Budget) {
         let Ok(case) = &self.settings[place].case else { return };
         let number = self.samples[place].len();
         let sample = self.known(place, number).unwrap_or_else(|| {
@@ -118,6 +120,7 @@ impl<'a, S: Store> Bench<'a, S> {
             self.store.keep(case, "measured", number, &sample);
             sample
         });
+        budget.spend(self.price(place, &sample));
         self.samples[place].push(sample);
     }
 
@@ -180,10 +183,4 @@ impl Measured {
             fronts: Vec::new(),
         }
     }
-}
-
-/// Work of a run in units that are about alike, for guesses of its time only.
-pub fn units(case: &Case) -> f64 {
-    let (solver, n_steps) = (&case.scene.solver, case.n_steps() as f64);
-    step::method(solver).price(solver, case.net.cables.len(), n_steps, case.time_step.substeps)
 }

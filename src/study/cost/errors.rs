@@ -10,6 +10,7 @@ use crate::metrics::capture::{Capture, Curves};
 use crate::metrics::conservation::Conservation;
 use crate::metrics::deployment::Deployment;
 use crate::run::Run;
+use crate::work::Work;
 
 /// Energy rise over the launch energy from which a setting is warned of [-].
 const RISE: f64 = 1e-3;
@@ -93,6 +94,35 @@ pub struct Counts {
     pub contacts: u64,
 }
 
+impl Counts {
+    /// Those of `work`.
+    pub fn of(work: &Work) -> Counts {
+        Counts {
+            steps: work.steps,
+            substeps: work.substeps,
+            sweeps: work.sweeps,
+            rows: work.cable_rows,
+            snaps: work.snaps,
+            detections: work.detections,
+            contacts: work.contacts,
+        }
+    }
+
+    /// The same as work.
+    pub fn work(&self) -> Work {
+        Work {
+            steps: self.steps,
+            substeps: self.substeps,
+            sweeps: self.sweeps,
+            cable_rows: self.rows,
+            snaps: self.snaps,
+            detections: self.detections,
+            contacts: self.contacts,
+            ..Work::default()
+        }
+    }
+}
+
 impl Worth {
     /// What `run` of `case` is worth, against `reference` where there is one.
     pub fn of(case: &Case, run: &Run, reference: Option<&Reference>) -> Worth {
@@ -117,15 +147,7 @@ impl Worth {
             max_tension_n: run.extremes.tension,
             conservation: Conservation::of(case, run),
             ending: Ending::of(case, run),
-            counts: Counts {
-                steps: run.work.steps,
-                substeps: run.work.substeps,
-                sweeps: run.work.sweeps,
-                rows: run.work.cable_rows,
-                snaps: run.work.snaps,
-                detections: run.work.detections,
-                contacts: run.work.contacts,
-            },
+            counts: Counts::of(&run.work),
         }
     }
 

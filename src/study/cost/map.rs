@@ -5,18 +5,18 @@
 //! explicit step above the limit; here such runs are made on purpose, to show that the limit is where
 //! it is said to be. What is told is how much energy the run gained.
 
-use std::time::Instant;
-
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::budget::{Budget, forecast};
 use crate::case::Case;
 use crate::net::Net;
 use crate::options::TimeStep;
 use crate::run::Run;
 use crate::solver::{Flight, JOINTS_STEP, Solver};
 use crate::step::mass_spring::stability::stable_step;
+use crate::work::Work;
 
 /// Factors on the stiffness.
 const STIFFNESS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
@@ -52,9 +52,9 @@ pub struct Cell {
     pub gain: Option<f64>,
 }
 
-/// The maps of the two cable models for the net of `base`, as far as `deadline` allows: cells
+/// The maps of the two cable models for the net of `base`, as far as `seconds` pay for them: cells
 /// that were not run are left out.
-pub fn maps(base: &Case, opened_s: f64, deadline: Instant) -> Vec<Map> {
+pub fn maps(base: &Case, opened_s: f64, seconds: f64) -> Vec<Map> {
     let free = free_flight(base, opened_s);
     let stable = stable_step(&free.net);
     let explicit = |share: f64| {
@@ -69,18 +69,20 @@ pub fn maps(base: &Case, opened_s: f64, deadline: Instant) -> Vec<Map> {
     ]
     .into_iter()
     .map(|(method, cases, limit)| {
+        let mut budget = Budget::new(0.5 * seconds);
         // Long steps first: they are cheap, and the limit lies among them.
         let order = cases.iter().rev().flat_map(|case| STIFFNESS.map(|factor| (case, factor)));
-        let all: Vec<(&(f64, Case), f64)> = order.collect();
-        let cell = |&((step, case), stiffness): &(&(f64, Case), f64)| {
-            (Instant::now() < deadline).then(|| Cell {
-                stiffness,
-                step_s: *step,
-                gain: gain(case, stiffness),
-            })
+        let paid = |((_, case), _): &(&(f64, Case), f64)| {
+            budget.spend(forecast(case, &Work::default()));
+            budget.covers(0.0)
         };
-        let cells: Vec<Option<Cell>> = all.par_iter().with_max_len(1).map(cell).collect();
-        Map { method: method.to_owned(), cells: cells.into_iter().flatten().collect(), limit }
+        let all: Vec<(&(f64, Case), f64)> = order.take_while(paid).collect();
+        let cell = |&((step, case), stiffness): &(&(f64, Case), f64)| Cell {
+            stiffness,
+            step_s: *step,
+            gain: gain(case, stiffness),
+        };
+        Map { method: method.to_owned(), cells: all.par_iter().with_max_len(1).map(cell).collect(), limit }
     })
     .collect()
 }

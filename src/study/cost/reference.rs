@@ -15,20 +15,20 @@
 //! Effects that act in flight are not in the located flight; then both integrators are the explicit net's.
 
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::budget;
 use super::dials::explicit_changes;
 use crate::case::Case;
 use crate::interaction::Interactions;
 use crate::metrics::deployment::Deployment;
 use crate::run::Run;
 use crate::scene::Source;
-use crate::solver::Integrator;
+use crate::solver::{Integrator, Solver};
 use crate::step::mass_spring::dopri5;
 use crate::step::mass_spring::stability::stable_step;
 use crate::study::ensemble::{self, Quartiles, perturbed};
@@ -45,9 +45,8 @@ const TOLERANCES: [f64; 2] = [1e-14, 1e-13];
 /// Step of the fine symplectic runs over the stable step [-].
 const FINE: f64 = 0.015;
 
-/// The longest step of such a run that is still fine, and the time a cable and step of it takes, about [s].
+/// The longest step of such a run that is still fine, over the stable step [-].
 const ROUGH: f64 = 0.2;
-const CABLE_TIME: f64 = 2e-8;
 
 /// Trust distance over the net's side [-].
 pub const TRUST: f64 = 1e-4;
@@ -141,22 +140,21 @@ pub struct Request {
     pub first_contact: Option<f64>,
     /// Seed of the perturbations.
     pub seed: u64,
-    /// When the work has to end.
-    pub deadline: Instant,
+    /// What it may cost (see [`budget`]) [s].
+    pub seconds: f64,
     /// Where errors are to be quoted [s], if not where the floor says.
     pub at: Option<f64>,
 }
 
 /// The reference for `base`, the case of `source`.
 ///
-/// Nothing when no two runs of one integrator reached two frames in time.
+/// Nothing when no two runs of one integrator reached two frames for what it may cost.
 pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
-    let started = Instant::now();
+    // A fair share for each run, so that one does not starve the others.
+    let allowed = request.seconds / (2 * RUNS) as f64;
     let quiet = !Interactions::new(base.scene.effects.build(&base.context())).act();
     let fly = |index: usize| {
         let (group, member) = (index % 2, index / 2);
-        // A fair share of what is left for each run, so that one does not starve the others.
-        let allowed = Instant::now() + fair_share(2 * RUNS, request.deadline.duration_since(started));
         if group == 1 {
             return (group, stepped(source, base, Integrator::Symplectic, member, request, allowed));
         }
@@ -166,7 +164,8 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
         // The second run starts where the first does; the others are perturbed.
         let tolerance = TOLERANCES[member.min(1)] * base.net.designed_area.sqrt();
         let case = start(base, member.saturating_sub(1), request.seed);
-        let knots = dopri5::fly(&case.net, &request.times, tolerance, || Instant::now() < allowed).knots;
+        let most = budget::located_steps(&case.net, allowed);
+        let knots = dopri5::fly(&case.net, &request.times, tolerance, |steps| steps < most).knots;
         (
             group,
             Some(ReferenceRun {
@@ -211,26 +210,19 @@ fn start(case: &Case, member: usize, seed: u64) -> Case {
     perturbed(case, &ensemble::Request { members: RUNS, perturb_m: PERTURB, seed }, member)
 }
 
-/// What each of `runs` runs may take of `time`, on all threads.
-fn fair_share(runs: usize, time: Duration) -> Duration {
-    let threads = rayon::current_num_threads().min(runs);
-    time * threads as u32 / runs as u32
-}
-
-/// A run of the explicit net up to the last time of the request: with the finest step that it is
-/// likely to have time for.
+/// A run of the explicit net up to the last time of the request: with the finest step that the `allowed` seconds
+/// pay for.
 fn stepped(
     source: &Source,
     base: &Case,
     integrator: Integrator,
     member: usize,
     request: &Request,
-    allowed: Instant,
+    allowed: f64,
 ) -> Option<ReferenceRun> {
     let end = *request.times.last()?;
-    let stages = if integrator == Integrator::Rk4 { 5.0 } else { 1.0 };
-    let left = allowed.saturating_duration_since(Instant::now()).as_secs_f64();
-    let shortest = end * base.net.cables.len() as f64 * stages * CABLE_TIME / left.max(1e-3);
+    let solver = Solver { integrator, ..base.scene.solver.with_pair("explicit+impulse") };
+    let shortest = budget::shortest_step(&base.net, end, &solver, allowed);
     let stable = stable_step(&base.net);
     let step = (FINE * stable).max(shortest);
     if step > ROUGH * stable {

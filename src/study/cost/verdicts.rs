@@ -4,20 +4,20 @@
 //! ensemble of the finest: share captured with its exact interval, quartiles of the capture quality
 //! index with intervals that assume nothing about its distribution (order statistics).
 
-use std::time::Instant;
-
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::Store;
+use super::budget::forecast;
 use super::dials::{AS_WRITTEN, Kind, Setting};
 use super::errors::Ending;
 use super::timing::timed;
 use crate::case::Case;
 use crate::scene::Source;
 use crate::study::ensemble::{Request, Share, perturbed};
+use crate::work::Work;
 
 /// Perturbation of an ensemble [m], as that of `run --ensemble`.
 const PERTURB: f64 = 1e-6;
@@ -30,6 +30,9 @@ const FAMILIES: [&str; 4] = [AS_WRITTEN, "joints, precision", "joints, flight ex
 
 /// Most members: more tell no more than a person can use.
 const MAX_MEMBERS: usize = 100;
+
+/// Fewest members: with less a median has no interval (see [`Quantile`]).
+const MIN_MEMBERS: usize = 6;
 
 /// One member's end, and what it cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,8 +91,19 @@ pub enum Agreement {
     TooFew,
 }
 
+/// What the distributions are asked for.
+pub struct Asked<'a> {
+    /// Seed of the perturbations.
+    pub seed: u64,
+    /// What they may cost (see [`super::budget`]) [s].
+    pub seconds: f64,
+    /// Work of the scene as written, for forecasts.
+    pub work: &'a Work,
+}
+
 /// The distributions of the settings that may make a difference after contact, as many members of each
-/// as end before `deadline`; the reference ensemble first.
+/// as `asked.seconds` pay for; the reference ensemble first. Where they do not pay for enough members of all,
+/// the dearest settings are left out.
 ///
 /// That is the scene's own method with half its step: contact responses differ in what they model, so
 /// none is the truth for the others.
@@ -97,8 +111,7 @@ pub fn distributions(
     source: &Source,
     base: &Case,
     settings: &[Setting],
-    seed: u64,
-    deadline: Instant,
+    asked: &Asked<'_>,
     store: &impl Store,
     tell: &mut impl FnMut(&str),
 ) -> Vec<Verdicts> {
@@ -106,18 +119,19 @@ pub fn distributions(
     let mut finer = source.clone();
     let finer = finer.set(&[format!("solver.step_s={half:e}")]).and_then(|()| Case::build(&finer));
     let finest = finer.as_ref().map(|case| ("as written, half the step", case));
-    let asked = |setting: &&Setting| {
+    let matters = |setting: &&Setting| {
         setting.kind != Kind::Method
             || FAMILIES.contains(&setting.family)
             || COARSE.contains(&setting.label.as_str())
     };
-    let others = settings.iter().filter(asked);
+    let others = settings.iter().filter(matters);
     let others = others.filter_map(|setting| Some((setting.label.as_str(), setting.case.as_ref().ok()?)));
-    let cases: Vec<(&str, &Case)> = finest.into_iter().chain(others).collect();
+    let all: Vec<(&str, &Case)> = finest.into_iter().chain(others).collect();
+    let (cases, members) = affordable(all, asked);
 
-    let request = Request { members: MAX_MEMBERS, perturb_m: PERTURB, seed };
+    let request = Request { members, perturb_m: PERTURB, seed: asked.seed };
     let mut round = 0;
-    let members = run(&cases, &request, deadline, store, || {
+    let members = run(&cases, &request, store, || {
         round += 1;
         tell(&format!("ensembles, member {round}"));
     });
@@ -132,19 +146,34 @@ pub fn distributions(
     verdicts
 }
 
-/// Runs members of all `cases` in turn, as many of each as end before `deadline`; a list a case.
-///
-/// At least two of each: one says nothing of a distribution.
+/// The cases and the number of members of each that `asked.seconds` pay for: of all cases, or of those that are left
+/// when the dearest, but never the first, are taken out until there are [`MIN_MEMBERS`]; of two at least two.
+fn affordable<'a>(
+    mut cases: Vec<(&'a str, &'a Case)>,
+    asked: &Asked<'_>,
+) -> (Vec<(&'a str, &'a Case)>, usize) {
+    loop {
+        let costs: Vec<f64> = cases.iter().map(|(_, case)| forecast(case, asked.work)).collect();
+        let members = (asked.seconds / costs.iter().sum::<f64>()) as usize;
+        let dearest = (1..cases.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+        match dearest {
+            Some(dearest) if members < MIN_MEMBERS && cases.len() > 2 => {
+                cases.remove(dearest);
+            }
+            _ => return (cases, members.clamp(2, MAX_MEMBERS)),
+        }
+    }
+}
+
+/// Runs the members of all `cases` in turn; a list a case.
 fn run(
     cases: &[(&str, &Case)],
     request: &Request,
-    deadline: Instant,
     store: &impl Store,
     mut progress: impl FnMut(),
 ) -> Vec<Vec<Member>> {
     let mut all: Vec<Vec<Member>> = vec![Vec::new(); cases.len()];
     for number in 0..request.members {
-        let started = Instant::now();
         let round: Vec<Member> = cases
             .par_iter()
             .with_max_len(1)
@@ -161,10 +190,6 @@ fn run(
             members.push(member);
         }
         progress();
-        // The next round takes about as long as this one.
-        if number > 0 && Instant::now() + started.elapsed() > deadline {
-            break;
-        }
     }
     all
 }

@@ -1,0 +1,135 @@
+//! What a study may spend: work that is counted, not a clock that runs.
+//!
+//! A study that stops when a clock says so measures another thing on a busy machine than on a quiet one. So the
+//! seconds of a budget are those of one quiet core of the machine that [`Method::price`] was measured on, and what is
+//! taken off are counts: steps, rows, contacts of the runs that were done, and a forecast of those for the runs to
+//! come. The same budget then measures the same settings on every machine, however busy; how long that takes
+//! there, the study says.
+//!
+//! [`Method::price`]: crate::step::stepper::Method::price
+
+use crate::case::Case;
+use crate::net::Net;
+use crate::solver::Solver;
+use crate::step;
+use crate::work::Work;
+
+/// Seconds that are left to spend.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    left: f64,
+}
+
+impl Budget {
+    /// `seconds` to spend.
+    pub fn new(seconds: f64) -> Budget {
+        Budget { left: seconds }
+    }
+
+    /// What is left of it [s]; never below zero.
+    pub fn left(&self) -> f64 {
+        self.left.max(0.0)
+    }
+
+    /// Whether `seconds` are left.
+    pub fn covers(&self, seconds: f64) -> bool {
+        seconds <= self.left
+    }
+
+    /// Spends `seconds`, whether they are left or not.
+    pub fn spend(&mut self, seconds: f64) {
+        self.left -= seconds;
+    }
+}
+
+/// Processor time of what all methods have in common [s], on the core that [`Method::price`] knows: with it within a
+/// factor of 1.5 of 49 runs of the Cubesat's capture and the Table 3.2 net.
+struct Price;
+
+impl Price {
+    /// A contact in a step.
+    const CONTACT: f64 = 2.5e-7;
+    /// A knot looked at by a detection.
+    const LOOK: f64 = 1.2e-7;
+    /// A knot in a step: audit and record.
+    const RECORD: f64 = 2.5e-8;
+    /// A cable in a step of the event-located integrator: seven stages, and the search for events.
+    const LOCATED: f64 = 2.5e-7;
+}
+
+/// What a run of `case` that did `work` costs [s].
+pub fn price(case: &Case, work: &Work) -> f64 {
+    let (solver, net) = (&case.scene.solver, &case.net);
+    let n_knots = net.n_knots() as f64;
+    step::method(solver).price(solver, net.n_knots(), net.cables.len(), work)
+        + Price::CONTACT * work.contacts as f64
+        + Price::LOOK * n_knots * work.detections as f64
+        + Price::RECORD * n_knots * work.steps as f64
+}
+
+/// What a run of `case` will cost [s]; `known` is the work of a run of the scene as written: there are as many
+/// contacts at a time, whatever the method.
+pub fn forecast(case: &Case, known: &Work) -> f64 {
+    let steps = case.n_steps();
+    let contacts_a_step = known.contacts as f64 / known.steps.max(1) as f64;
+    let flight = step::method(&case.scene.solver).forecast(case.net.cables.len(), steps, case.time_step);
+    price(case, &Work { contacts: (contacts_a_step * steps as f64) as u64, ..flight })
+}
+
+/// Steps of the event-located flight of `net` that `seconds` pay for.
+pub fn located_steps(net: &Net, seconds: f64) -> u64 {
+    (seconds / (Price::LOCATED * net.cables.len() as f64)) as u64
+}
+
+/// The shortest step of a flight of `net` with the explicit method of `solver` for `duration` seconds that `seconds`
+/// pay for [s].
+pub fn shortest_step(net: &Net, duration: f64, solver: &Solver, seconds: f64) -> f64 {
+    let one = Work { substeps: 1, ..Work::default() };
+    duration * step::method(solver).price(solver, net.n_knots(), net.cables.len(), &one) / seconds.max(1e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the capture of the free Cubesat counted, and about what it cost on a quiet core: 0.98 and 0.12 s.
+    #[test]
+    fn prices_are_those_of_a_quiet_core() {
+        let of = |changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+            Case::load("cubesat-free", &changes).unwrap()
+        };
+        let joints = Work {
+            steps: 6000,
+            substeps: 6893,
+            sweeps: 37_174,
+            cable_rows: 893_367,
+            snaps: 45_407,
+            detections: 5448,
+            contacts: 223_302,
+            ..Work::default()
+        };
+        let as_written = of(&[]);
+        let price_of_joints = price(&as_written, &joints);
+        assert!((0.65..1.5).contains(&price_of_joints), "{price_of_joints} s");
+        let explicit =
+            Work { steps: 6000, substeps: 42_000, detections: 359, contacts: 257_069, ..Work::default() };
+        let case = of(&["solver.cables=explicit", "solver.contact=impulse"]);
+        let price_of_explicit = price(&case, &explicit);
+        assert!((0.08..0.2).contains(&price_of_explicit), "{price_of_explicit} s");
+        // A forecast knows how often the scene touches, and no more.
+        for (case, price) in [(&as_written, price_of_joints), (&case, price_of_explicit)] {
+            let ratio = forecast(case, &joints) / price;
+            assert!((0.5..2.0).contains(&ratio), "{ratio}");
+        }
+    }
+
+    #[test]
+    fn a_budget_is_spent_and_never_comes_back() {
+        let mut budget = Budget::new(2.0);
+        assert!(budget.covers(2.0) && !budget.covers(2.1));
+        budget.spend(3.0);
+        assert_eq!(budget.left(), 0.0);
+        assert!(!budget.covers(0.1));
+    }
+}
