@@ -57,7 +57,7 @@ pub fn bullet_radius(net: &Net) -> f64 {
 /// Memory that the strands of `net` take when they are watched [bytes].
 pub fn memory(net: &Net) -> f64 {
     let n_strands = (net.cables.len() + net.bullets.len()) as f64;
-    0.5 * n_strands * n_strands * size_of::<Sleeper>() as f64
+    0.5 * n_strands * n_strands * size_of::<DistantPair>() as f64
 }
 
 /// The strands of a net, and their contacts.

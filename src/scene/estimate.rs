@@ -2,7 +2,7 @@
 //!
 //! Memory is measured, not derived: bytes a thing, of resident memory of the whole program (x86-64, release).
 
-use crate::contact::pairs;
+use crate::contact::strands;
 use crate::net::Net;
 use crate::options::TimeStep;
 use crate::scene::schema::Scene;
@@ -55,7 +55,7 @@ pub fn memory(scene: &Scene, demands: &Demands<'_>, time_step: TimeStep) -> Vec<
         ("duration_s", size_of::<f64>() as f64 * n_steps),
     ];
     if scene.effects.self_contact.is_some() {
-        all.push(("effects.self_contact", pairs::memory(net)));
+        all.push(("effects.self_contact", strands::memory(net)));
     }
     let Some(target) = target else { return all };
     all.push(("target.shape", target.parts.iter().map(a_part).sum()));
