@@ -34,6 +34,8 @@ pub struct Frames {
     pub tension: Vec<f64>,
     /// Largest contact impulse since the frame before [N s], T.
     pub impulse: Vec<f64>,
+    /// Kinetic energy of the net in the frame that moves and turns with the target [J], T; empty without one.
+    pub relative_energy: Vec<f64>,
     /// What the effects have to say, T × as many as `Run::reading_names`.
     pub readings: Vec<Vec<f64>>,
 }
@@ -123,18 +125,50 @@ impl Run {
     ///
     /// # Errors
     /// A state that is not a number.
-    pub fn with(case: &Case, more: Vec<Interaction>, mut progress: impl FnMut(f64)) -> Result<Run, Failure> {
+    pub fn with(case: &Case, more: Vec<Interaction>, progress: impl FnMut(f64)) -> Result<Run, Failure> {
+        Run::further(case, more, case.scene.duration_s.0, |_, _| true, progress)
+    }
+
+    /// Runs `case` to its end and on until `decided` says so of the frames and whether net and target
+    /// have met, at most for `at_most` [s].
+    ///
+    /// Frames beyond the scene's own end are at most 1500, so that memory stays bounded however long the run.
+    ///
+    /// # Errors
+    /// A state that is not a number.
+    pub fn until(
+        case: &Case,
+        at_most: f64,
+        decided: impl FnMut(&Frames, bool) -> bool,
+        progress: impl FnMut(f64),
+    ) -> Result<Run, Failure> {
+        Run::further(case, Vec::new(), at_most, decided, progress)
+    }
+
+    fn further(
+        case: &Case,
+        more: Vec<Interaction>,
+        at_most: f64,
+        mut decided: impl FnMut(&Frames, bool) -> bool,
+        mut progress: impl FnMut(f64),
+    ) -> Result<Run, Failure> {
         let started = Instant::now();
         let mut simulation = Simulation::with(case, more);
         let mut recorder = Recorder::new(case);
-        recorder.frame(&mut simulation);
-        let (n_steps, stride) = (case.n_steps(), case.steps_per_frame());
+        recorder.frame(case, &mut simulation);
+        let (own, stride) = (case.n_steps(), case.steps_per_frame());
+        let n_steps = own.max((at_most / case.time_step.step).round() as u64);
+        let stride_beyond = stride.max((n_steps - own).div_ceil(most_beyond(case)));
         for step in 1..=n_steps {
             simulation.step()?;
             recorder.step(case, &simulation.state);
-            if step % stride == 0 || step == n_steps {
-                recorder.frame(&mut simulation);
+            let stride = if step <= own { stride } else { stride_beyond };
+            if step % stride == 0 || step == own || step == n_steps {
+                recorder.frame(case, &mut simulation);
                 progress(step as f64 / n_steps as f64);
+                if step >= own && decided(&recorder.frames, recorder.extremes.first_contact.is_some()) {
+                    break;
+                }
             }
         }
         let names = simulation.effect_names();
@@ -155,6 +189,17 @@ impl Run {
             wall: started.elapsed(),
         })
     }
+}
+
+/// Frames beyond the scene's own end, at most.
+const MAX_BEYOND: u64 = 1500;
+
+/// Knot positions in them, at most: 240 MB.
+const MAX_POSITIONS_BEYOND: u64 = 10_000_000;
+
+/// Frames beyond the scene's own end of `case`, at most.
+fn most_beyond(case: &Case) -> u64 {
+    (MAX_POSITIONS_BEYOND / case.net.n_knots().max(1) as u64).clamp(10, MAX_BEYOND)
 }
 
 /// Collects what a run leaves behind.
@@ -209,7 +254,7 @@ impl Recorder {
         self.extremes.tension = self.extremes.tension.max(self.tension);
     }
 
-    fn frame(&mut self, simulation: &mut Simulation) {
+    fn frame(&mut self, case: &Case, simulation: &mut Simulation) {
         let readings = simulation.values();
         let (state, frames) = (&simulation.state, &mut self.frames);
         frames.readings.push(readings);
@@ -222,5 +267,12 @@ impl Recorder {
         frames.angular_momentum.push(simulation.audit.angular_momentum(state));
         frames.tension.push(std::mem::take(&mut self.tension));
         frames.impulse.push(std::mem::take(&mut self.impulse));
+        frames.relative_energy.extend(state.target.map(|body| relative_energy(&case.net.mass, state, &body)));
     }
+}
+
+/// Kinetic energy of the net in the frame that moves and turns with the target [J].
+fn relative_energy(mass: &[f64], state: &State, body: &Body) -> f64 {
+    let knots = state.knots.position.iter().zip(&state.knots.velocity).zip(mass);
+    knots.map(|((x, v), mass)| 0.5 * mass * (v - body.velocity_at(*x)).norm_squared()).sum()
 }

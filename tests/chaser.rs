@@ -137,7 +137,7 @@ fn a_seed_gives_the_same_shots_and_another_seed_others() {
 #[test]
 fn every_member_of_an_ensemble_is_shot_anew() {
     let case = shot(json!({ "mass_kg": 12.0, "inertia_kg_m2": [1.0, 1.0, 1.0], "speed_sigma_m_s": 0.05 }));
-    let request = Request { members: 3, perturb_m: 0.0, seed: 1 };
+    let request = Request { members: 3, perturb_m: 0.0, seed: 1, at_most_s: None };
     let members: Vec<_> = (0..3).map(|member| bullets(&perturbed(&case, &request, member))).collect();
     assert_eq!(members[0], bullets(&case));
     assert_ne!(members[0], members[1]);

@@ -54,7 +54,7 @@ fn timeless(members: Vec<Member>) -> Vec<Member> {
 #[test]
 fn an_ensemble_does_not_depend_on_the_number_of_threads() {
     let case = capture();
-    let request = Request { members: 4, perturb_m: 1e-6, seed: 7 };
+    let request = Request { members: 4, perturb_m: 1e-6, seed: 7, at_most_s: None };
     let with_threads = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         timeless(pool.install(|| ensemble::run(&case, &request, Vec::new(), |_| {})))
@@ -67,7 +67,9 @@ fn an_ensemble_does_not_depend_on_the_number_of_threads() {
 fn a_member_depends_on_its_number_and_seed_only() {
     let case = capture();
     let folded = |members, seed, member| {
-        ensemble::perturbed(&case, &Request { members, perturb_m: 1e-6, seed }, member).net.folded
+        ensemble::perturbed(&case, &Request { members, perturb_m: 1e-6, seed, at_most_s: None }, member)
+            .net
+            .folded
     };
     assert_eq!(folded(4, 1, 3), folded(100, 1, 3));
     assert_ne!(folded(4, 1, 3), folded(4, 1, 2));

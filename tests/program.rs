@@ -226,7 +226,11 @@ fn a_run_writes_its_results_and_prints_them() {
     let folder = with_scene(&small_capture());
     let output = tumblenet(folder.path(), &["run", "scene.json"]);
     assert_eq!(output.status.code(), Some(0), "{}", err(&output));
-    assert_eq!(err(&output), "", "no progress in a pipe");
+    let told = err(&output);
+    assert!(
+        told.lines().all(|line| line.starts_with("warning: knots are up to")),
+        "no progress in a pipe: {told}"
+    );
     let results = folder.path().join("results/scene");
     assert!(out(&output).contains("results/scene"), "{}", out(&output));
     let mut names: Vec<String> = std::fs::read_dir(&results)
@@ -313,7 +317,8 @@ fn a_folder_that_cannot_be_written_is_named() {
     ] {
         let output = tumblenet(folder.path(), arguments);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}");
-        assert!(err(&output).starts_with("error: cannot write taken"), "{}", err(&output));
+        let last = err(&output).lines().last().unwrap_or_default().to_owned();
+        assert!(last.starts_with("error: cannot write taken"), "{}", err(&output));
         assert_eq!(out(&output), "", "{arguments:?}");
     }
     assert_eq!(std::fs::read_to_string(folder.path().join("taken")).unwrap(), "a file");

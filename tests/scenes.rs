@@ -150,7 +150,7 @@ fn every_scene_does_what_it_expects_and_keeps_what_must_be_kept() {
             let case = Case::load(name, &[]).unwrap_or_else(|problems| panic!("{problems}"));
             let summary = common::summary(&case);
             let kept = summary.conservation;
-            println!("{name}: {:?} {kept:?}", summary.capture.map(|capture| capture.reason));
+            println!("{name}: {:?} {kept:?}", summary.capture.map(|capture| capture.verdict));
             let mut missed = summary.missed(&case.scene.expect);
             // Measured at most 2e-13, 1e-11, 2e-4 and 2e-4, with closing threads or without.
             for (what, found, bound) in [

@@ -109,7 +109,7 @@ fn hand_over_from_flight_keeps_momentum_and_energy() {
 
 #[test]
 fn both_contact_answers_capture_the_free_cubesat() {
-    let request = Request { members: 4, perturb_m: 1e-6, seed: 1 };
+    let request = Request { members: 4, perturb_m: 1e-6, seed: 1, at_most_s: None };
     let mut found = Vec::new();
     for name in ["joints+rapier", "explicit+impulse"] {
         let [cables, contact] = changes_of(name);

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use tumblenet::case::Case;
+use tumblenet::metrics::warnings;
 use tumblenet::problems::{Problems, visible};
 
 use super::reading::Reading;
@@ -23,7 +24,12 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let mut bad: Vec<Problems> = Vec::new();
     for scene in &arguments.scenes {
         match Case::load_within(scene, &[], limits) {
-            Ok(case) => print(&format!("{scene}: ok, {}", visible(&case.scene.title, false)))?,
+            Ok(case) => {
+                print(&format!("{scene}: ok, {}", visible(&case.scene.title, false)))?;
+                for warning in warnings::before(&case) {
+                    tell(&format!("warning: {scene}: {warning}"));
+                }
+            }
             Err(problems) => bad.push(problems),
         }
     }

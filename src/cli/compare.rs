@@ -1,4 +1,4 @@
-//! `tumblenet compare`: one scene in several variants, side by side.
+//! `tumblenet compare`: one scene in several variants, or several scenes, side by side.
 
 use std::path::{Path, PathBuf};
 
@@ -6,20 +6,21 @@ use clap::Args;
 use tumblenet::report::{compare as report, files};
 use tumblenet::scene::Source;
 use tumblenet::study::compare::track::Member;
-use tumblenet::study::compare::variants::{Variant, variants};
+use tumblenet::study::compare::variants::{Variant, of_scenes};
 use tumblenet::study::compare::{self, Comparison, Request, TRUST_SHARE};
-use tumblenet::study::ensemble;
+use tumblenet::study::{ensemble, settle};
 
 use super::members::Kept;
 use super::reading::Reading;
-use super::run::progress_bar;
+use super::run::{Until, duration, progress_bar};
 use super::{Error, Format, interrupt, json, print};
 
 /// Arguments of `compare`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file, or name of a built-in scene.
-    scene: String,
+    /// Scene files, or names of built-in scenes; several are set side by side as they are written.
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<String>,
     /// Solver pairs, `joints+rapier,joints+impulse`; left out: all that the scene allows, or its own with `--vary`.
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     solvers: Option<Vec<String>>,
@@ -43,6 +44,12 @@ pub struct Arguments {
     /// Runs agree while their largest bullet difference is below this [m]; left out: 1 % of the net's side.
     #[arg(long, allow_hyphen_values = true, value_name = "METRES", value_parser = at_least_zero)]
     trust_distance: Option<f64>,
+    /// Runs on beyond the scene's end until the verdict is decided: settled, or the net has gone.
+    #[arg(long, value_enum, value_name = "WHAT")]
+    until: Option<Until>,
+    /// With `--until`: for so long at most [s]; left out: ten times the longest scene's duration.
+    #[arg(long, value_name = "S", requires = "until", value_parser = duration)]
+    at_most: Option<f64>,
     /// One run after another: wall times that can be compared.
     #[arg(long)]
     serial: bool,
@@ -63,33 +70,47 @@ fn at_least_zero(text: &str) -> Result<f64, String> {
 
 /// Runs the variants and writes the comparison.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let mut source = Source::find_within(&arguments.scene, arguments.reading.limits()?)?;
-    source.set(&arguments.changes)?;
-    let variants = variants(&source, arguments.solvers.as_deref(), &arguments.vary)?;
-    let out =
-        arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("compare"));
+    let mut sources = Vec::new();
+    for scene in &arguments.scenes {
+        let mut source = Source::find_within(scene, arguments.reading.limits()?)?;
+        source.set(&arguments.changes)?;
+        sources.push(source);
+    }
+    let variants = of_scenes(&sources, arguments.solvers.as_deref(), &arguments.vary)?;
+    let name = if let [source] = &sources[..] { source.name.as_str() } else { "compare" };
+    let out = arguments.out.clone().unwrap_or_else(|| match &sources[..] {
+        [source] => Path::new("results").join(&source.name).join("compare"),
+        _ => Path::new("results").join("compare"),
+    });
     // Before the runs, not after: an unwritable folder should cost no run.
     files::make_folder(&out)?;
 
     // One of them can be run, or `variants` would have said so.
     let Some(base) = variants.iter().find_map(|variant| variant.case.as_ref().ok()) else { return Ok(()) };
     let side = base.net.designed_area.sqrt();
+    let cases = || variants.iter().filter_map(|variant| variant.case.as_ref().ok());
+    let longest = cases().map(|case| case.scene.duration_s.0).fold(0.0, f64::max);
+    let at_most = arguments.until.map(|_| arguments.at_most.unwrap_or(settle::TIMES * longest));
     let request = Request {
         ensemble: ensemble::Request {
             members: arguments.members as usize,
             perturb_m: arguments.perturb,
             seed: arguments.seed,
+            at_most_s: at_most,
         },
         trust_distance_m: arguments.trust_distance.unwrap_or(TRUST_SHARE * side),
         serial: arguments.serial,
     };
     request.ensemble.check(base)?;
-    let title = base.scene.title.clone();
+    let title = match &sources[..] {
+        [_] => base.scene.title.clone(),
+        _ => arguments.scenes.join(", "),
+    };
     interrupt::leaves(format!(
         "finished members are kept in {}; the same command goes on from them",
         out.display()
     ));
-    let members = members(&source.name, &variants, &request, &out)?;
+    let members = members(name, &variants, &request, &out)?;
     let comparison = Comparison::of(&title, &variants, &request, &members);
     report::write(&out, &comparison)?;
     match arguments.format {

@@ -126,7 +126,7 @@ struct Folder<'a> {
 
 impl Folder<'_> {
     fn open(&self, case: &Case, kind: &str) -> Result<Kept, WriteError> {
-        let request = ensemble::Request { members: 0, perturb_m: 0.0, seed: self.seed };
+        let request = ensemble::Request { members: 0, perturb_m: 0.0, seed: self.seed, at_most_s: None };
         Kept::open(self.out, kind, case, &request)
     }
 

@@ -24,7 +24,8 @@ pub struct Kept {
 impl Kept {
     /// The place of members of this case, request and program in the folder `out`; `kind` tells apart what is kept.
     pub fn open(out: &Path, kind: &str, case: &Case, request: &Request) -> Result<Kept, WriteError> {
-        let key = format!("{}-{:e}-{}-{}", case.hash, request.perturb_m, request.seed, program());
+        let until = request.at_most_s.map_or_else(String::new, |at_most| format!("-{at_most}"));
+        let key = format!("{}-{:e}-{}{until}-{}", case.hash, request.perturb_m, request.seed, program());
         let folder = out.join(kind).join(key);
         files::make_folder(&folder)?;
         Ok(Kept { folder, unwritten: Mutex::new(None) })

@@ -3,19 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::Args;
+use clap::{ArgGroup, Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use tumblenet::case::Case;
 use tumblenet::limits::{Limit, Limits};
-use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
+use tumblenet::metrics::verdict::Verdict;
+use tumblenet::metrics::warnings;
 use tumblenet::problems::Problems;
-use tumblenet::report::{results, table};
-use tumblenet::run::Run;
+use tumblenet::report::{ensemble as report, results, table};
 use tumblenet::scene::{self, Source};
 use tumblenet::study::cost::accuracy::{Accuracy, Table};
 use tumblenet::study::cost::advice;
 use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
+use tumblenet::study::settle;
 
 use super::members::Kept;
 use super::reading::Reading;
@@ -23,6 +24,7 @@ use super::{Error, Format, cost, interrupt, json, print, tell};
 
 /// Arguments of `run`.
 #[derive(Args)]
+#[command(group = ArgGroup::new("perturbed").args(["ensemble", "member"]))]
 pub struct Arguments {
     /// Scene file, or name of a built-in scene.
     scene: String,
@@ -38,18 +40,69 @@ pub struct Arguments {
     accuracy: Option<Accuracy>,
     #[command(flatten)]
     reading: Reading,
+    /// Runs on beyond the scene's end until the verdict is decided: settled, or the net has gone.
+    #[arg(long, value_enum, value_name = "WHAT")]
+    until: Option<Until>,
+    /// With `--until`: for so long at most [s]; left out: ten times the scene's duration.
+    #[arg(long, value_name = "S", requires = "until", value_parser = duration)]
+    at_most: Option<f64>,
     /// How the result is printed.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     /// Runs N copies whose folded knots differ by up to `--perturb` metres.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     ensemble: Option<u32>,
+    /// Runs one member of such an ensemble, to be watched: the same bits as there.
+    #[arg(long, value_name = "N", conflicts_with = "ensemble")]
+    member: Option<u32>,
+    /// After an ensemble: runs the first member of this kind again and writes its replay.
+    #[arg(long, value_enum, value_name = "WHICH", requires = "ensemble")]
+    replay: Option<Which>,
     /// Largest displacement of a knot along each axis [m].
-    #[arg(long, value_name = "METRES", default_value_t = 1e-6, requires = "ensemble", value_parser = length)]
+    #[arg(long, value_name = "METRES", default_value_t = 1e-6, requires = "perturbed", value_parser = length)]
     perturb: f64,
     /// Seed of the perturbations.
-    #[arg(long, value_name = "S", default_value_t = 1, requires = "ensemble")]
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "perturbed")]
     seed: u64,
+}
+
+/// What a run goes on for.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Until {
+    /// Until the verdict is decided.
+    Settled,
+}
+
+/// A member worth watching.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Which {
+    /// The first that was lost.
+    #[value(name = "first-lost")]
+    Lost,
+    /// The first that is held.
+    #[value(name = "first-held")]
+    Held,
+    /// The first that was never held.
+    #[value(name = "first-missed")]
+    Missed,
+}
+
+impl Which {
+    fn is(self, verdict: Verdict) -> bool {
+        match self {
+            Which::Lost => verdict == Verdict::Lost,
+            Which::Held => verdict.is_held(),
+            Which::Missed => matches!(verdict, Verdict::Missed | Verdict::NeverMet),
+        }
+    }
+}
+
+/// A time above zero [s].
+pub(super) fn duration(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(time) if time.is_finite() && time > 0.0 => Ok(time),
+        _ => Err("a number above 0, in seconds".to_owned()),
+    }
 }
 
 /// A length of at least zero [m].
@@ -64,7 +117,7 @@ fn length(text: &str) -> Result<f64, String> {
 pub fn default_scene() -> Result<(), Error> {
     let case = Case::load(scene::DEFAULT, &[])?;
     let out = default_folder(&case);
-    let summary = one(&case, &out)?;
+    let summary = one(&case, None, &out)?;
     print(&table::summary(&summary))?;
     print(&format!(
         "\nLook at it: open {} in a browser.\nMore scenes: `tumblenet list`; another run: `tumblenet run NAME`.",
@@ -81,19 +134,36 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         Some(accuracy) => with_accuracy(&arguments.scene, &arguments.changes, limits, accuracy)?,
     };
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
+    let at_most = at_most(&case, arguments, &limits)?;
+    let request = |members: u32| Request {
+        members: members as usize,
+        perturb_m: arguments.perturb,
+        seed: arguments.seed,
+        at_most_s: at_most,
+    };
+    for warning in warnings::before(&case) {
+        tell(&format!("warning: {warning}"));
+    }
     if let Some(members) = arguments.ensemble {
         if limits.exceeded(Limit::Members, f64::from(members)) {
             let mut problems = Problems::new("--ensemble");
             problems.add("", members, limits.allowed(Limit::Members));
             return Err(problems.into());
         }
-        let request =
-            Request { members: members as usize, perturb_m: arguments.perturb, seed: arguments.seed };
+        let request = request(members);
         request.check(&case)?;
-        return many(&case, &request, &out, arguments.format);
+        return many(&case, &request, &out, arguments);
     }
+    let (case, out) = match arguments.member {
+        None => (case, out),
+        Some(member) => {
+            let case = ensemble::perturbed(&case, &request(0), member as usize);
+            let out = arguments.out.clone().unwrap_or_else(|| watched(&out, member as usize));
+            (case, out)
+        }
+    };
     let earlier = out.join("summary.json").exists();
-    let summary = one(&case, &out)?;
+    let summary = one(&case, at_most, &out)?;
     match arguments.format {
         Format::Json => print(&json(&summary))?,
         Format::Text => {
@@ -141,14 +211,29 @@ pub(super) fn default_folder(case: &Case) -> PathBuf {
     Path::new("results").join(&case.name)
 }
 
-fn one(case: &Case, out: &Path) -> Result<Summary, Error> {
+/// For how long at most a run goes on beyond the scene's end [s]; none: it ends there.
+fn at_most(case: &Case, arguments: &Arguments, limits: &Limits) -> Result<Option<f64>, Problems> {
+    let Some(Until::Settled) = arguments.until else { return Ok(None) };
+    let mut problems = Problems::new("--until settled");
+    if case.target.is_none() {
+        problems.add("", "a scene without a target", "a scene with a target");
+    }
+    let at_most = arguments.at_most.unwrap_or(settle::TIMES * case.scene.duration_s.0);
+    let steps = at_most / case.time_step.step * f64::from(case.time_step.substeps);
+    if limits.exceeded(Limit::Steps, steps) {
+        problems.add("--at-most", format!("{at_most} s, {steps:.3e} steps"), limits.allowed(Limit::Steps));
+    }
+    problems.into_result(Some(Some(at_most)))
+}
+
+fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> {
     // Before the run, not after: an unwritable folder should cost no run.
     results::make_place(out)?;
     interrupt::leaves("nothing of this run was written");
     let bar = progress_bar(1000, &case.name);
-    let run = Run::of(case, |share| bar.set_position((1000.0 * share) as u64))?;
+    let progress = |share| bar.set_position((1000.0 * share) as u64);
+    let (run, curves) = settle::run(case, at_most, progress)?;
     bar.finish_and_clear();
-    let curves = Curves::of(case, &run);
     let summary = Summary::of(case, &run, &curves);
     results::write(out, case, &run, &curves, &summary)?;
     interrupt::leaves(format!("the results are in {}", out.display()));
@@ -170,7 +255,12 @@ fn met(case: &Case, summary: &Summary) -> Result<(), Error> {
     Err(Error::Expectation(format!("{} is not what it expects:\n  {}", case.name, missed.join("\n  "))))
 }
 
-fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<(), Error> {
+/// Where a member's results go, below those of its ensemble.
+fn watched(out: &Path, member: usize) -> PathBuf {
+    out.join(format!("member-{member}"))
+}
+
+fn many(case: &Case, request: &Request, out: &Path, arguments: &Arguments) -> Result<(), Error> {
     let kept = Kept::open(out, "members", case, request)?;
     let place = out.display();
     interrupt::leaves(format!("finished members are kept in {place}; the same command goes on from them"));
@@ -184,12 +274,15 @@ fn many(case: &Case, request: &Request, out: &Path, format: Format) -> Result<()
     bar.finish_and_clear();
     kept.finish()?;
     let ensemble = Ensemble::of(case, request, &members);
-    results::json(&out.join("ensemble.json"), &ensemble)?;
-    match format {
+    if let Some(which) = arguments.replay {
+        watch(case, request, &ensemble, which, out)?;
+    }
+    report::write(out, &arguments.scene, &arguments.changes, &ensemble)?;
+    match arguments.format {
         Format::Json => print(&json(&ensemble))?,
         Format::Text => {
             print(&table::ensemble(&ensemble))?;
-            print(&format!("Results: {}", out.join("ensemble.json").display()))?;
+            print(&format!("Results: {}", out.join("ensemble.html").display()))?;
         }
     }
     any_finished(&ensemble)
@@ -203,6 +296,19 @@ fn any_finished(ensemble: &Ensemble) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
+}
+
+/// Runs the first member of the kind `which` again and writes all its results.
+fn watch(case: &Case, request: &Request, ensemble: &Ensemble, which: Which, out: &Path) -> Result<(), Error> {
+    let found = ensemble.verdicts.iter().find(|ended| which.is(ended.verdict));
+    let Some(ended) = found else {
+        tell(&format!("--replay: no member of this kind among {}", ensemble.verdicts.len()));
+        return Ok(());
+    };
+    let folder = watched(out, ended.member);
+    one(&ensemble::perturbed(case, request, ended.member), request.at_most_s, &folder)?;
+    tell(&format!("member {}: {}", ended.member, folder.join("replay.html").display()));
+    Ok(())
 }
 
 /// Shown on a terminal, and nowhere else.

@@ -5,10 +5,12 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::capture::{Capture, Curves};
+use super::capture::Curves;
 use super::conservation::Conservation;
 use super::deployment::Deployment;
 use super::retention::Retention;
+use super::verdict::Capture;
+use super::warnings;
 use crate::case::Case;
 use crate::provenance::Provenance;
 use crate::read;
@@ -36,6 +38,9 @@ pub struct Summary {
     pub wall_s: f64,
     /// Simulated time [s].
     pub simulated_s: f64,
+    /// When not to believe the numbers; see `metrics::warnings`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// How the net opened.
     pub deployment: Deployment,
     /// How net and target touched.
@@ -192,6 +197,7 @@ impl Summary {
             effects: run.effects.iter().map(|(name, _)| (*name).to_owned()).collect(),
             wall_s: run.wall.as_secs_f64(),
             simulated_s: run.work.steps as f64 * step,
+            warnings: warnings::after(case, run, curves),
             deployment: Deployment::of(case, run),
             contact: has_target.then_some(ContactSummary {
                 first_contact_s: extremes.first_contact,
@@ -203,7 +209,7 @@ impl Summary {
                 cables_inside: curves.cables_inside.last().copied().unwrap_or(0),
                 max_cables_inside: curves.cables_inside.iter().copied().max().unwrap_or(0),
             }),
-            capture: Capture::of(&case.scene.capture, &run.frames.time, curves),
+            capture: Capture::of(case, extremes.first_contact.is_some(), &run.frames.time, curves),
             target: target_summary(case, run),
             closing: block(run, "closing", &[("time_to_close_s", json!(time_to_close(case, run, curves)))]),
             chaser: block(run, "chaser", &[]),
@@ -262,6 +268,13 @@ impl Summary {
             && expected != found
         {
             missed.push(format!("capture.captured: expected {expected}, found {found}"));
+        }
+        let verdict = self.capture.map(|capture| capture.verdict);
+        if let (Some(expected), Some(found)) = (expect.verdict, verdict)
+            && expected != found
+        {
+            let (expected, found) = (expected.name(), found.name());
+            missed.push(format!("capture.verdict: expected {expected}, found {found}"));
         }
         let scalars = self.scalars();
         for (name, [low, high]) in &expect.within {

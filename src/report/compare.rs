@@ -14,15 +14,18 @@ use super::table::{number, table};
 use super::{plots, results};
 use crate::study::compare::{Comparison, Outcome};
 use crate::study::ensemble::Share;
+use crate::study::survival::Survival;
 use figures::timing;
 
 /// A column: name, in two lines for a terminal, and unit.
 type Column = (&'static str, &'static str);
 
 /// Columns of the table.
-const COLUMNS: [Column; 12] = [
+const COLUMNS: [Column; 14] = [
     ("variant", ""),
     ("captured", ""),
+    ("settled,\nlost", ""),
+    ("still\nheld", "%"),
     ("first\ncontact", "s"),
     ("push", "mm"),
     ("largest\nimpulse", "mN s"),
@@ -151,12 +154,22 @@ fn closing_cells(comparison: &Comparison) -> Vec<Vec<String>> {
     if has_any { comparison.ran().map(row).collect() } else { Vec::new() }
 }
 
+/// Share still held at the end of the curve, of those ever held, with its band [%].
+fn still_held(survival: &Survival) -> String {
+    survival.steps.last().map_or_else(String::new, |step| {
+        let [low, high] = step.band_95.map(|bound| 100.0 * bound);
+        format!("{:.0} ({low:.0}–{high:.0})", 100.0 * step.share)
+    })
+}
+
 fn outcome_cells(outcome: &Outcome) -> Vec<String> {
     let none = || "–".to_owned();
     let median =
         |name: &str, factor: f64| outcome.median(name).map_or_else(none, |value| short(factor * value));
     let mut cells = vec![
         outcome.captured.map_or_else(none, |share| format!("{} of {}", share.captured, share.of)),
+        outcome.survival.as_ref().map_or_else(none, |s| format!("{}, {}", s.settled, s.lost)),
+        outcome.survival.as_ref().map_or_else(none, still_held),
         median("contact.first_contact_s", 1.0),
         median("target.displacement_m.0", 1e3),
         median("contact.max_impulse_n_s", 1e3),
@@ -218,6 +231,12 @@ fn notes(comparison: &Comparison) -> Vec<String> {
         plain(1e3 * request.trust_distance_m),
         timing(comparison)
     )];
+    notes.push(
+        "Still held: of the members ever held, by Kaplan and Meier with the 95 % band, where the longest of them ended; \
+         a member that settled counts as held, one that ended undecided as neither. To watch a member, run the scene \
+         with the variant's changes and `--member N`."
+            .to_owned(),
+    );
     for variant in &comparison.variants {
         notes.extend(variant.refused.iter().map(|reason| format!("{} is refused: {reason}", variant.label)));
         // One failure says what is wrong, and all alike are one.
@@ -232,11 +251,11 @@ fn notes(comparison: &Comparison) -> Vec<String> {
 /// The page: table and figures, everything within one file.
 fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
     let closing = closing_cells(comparison);
-    let tables = [(&COLUMNS, cells(comparison)), (&CLOSING_COLUMNS, closing)];
+    let tables = [(&COLUMNS[..], cells(comparison)), (&CLOSING_COLUMNS[..], closing)];
     let tables: String = tables
         .iter()
         .filter(|(_, cells)| !cells.is_empty())
-        .map(|(columns, cells)| page_table(*columns, cells))
+        .map(|(columns, cells)| page_table(columns, cells))
         .collect();
     let notes: String =
         notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();

@@ -2,12 +2,14 @@
 
 pub mod compare;
 pub mod cost;
+pub mod ensemble;
 pub mod files;
 pub mod page;
 pub mod plots;
 pub mod replay;
 pub mod results;
 pub mod stress;
+pub mod survival;
 pub mod table;
 
 mod template;

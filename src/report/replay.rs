@@ -30,8 +30,10 @@ pub struct Replay<'a> {
     pub title: &'a str,
     /// Where the scene comes from.
     pub source: Option<&'a str>,
-    /// How the run ended, if it was judged.
-    pub verdict: Option<Verdict<'a>>,
+    /// When not to believe it.
+    pub warnings: &'a [String],
+    /// What the verdict was from when on, in order, if the run was judged.
+    pub verdicts: Option<Vec<Verdict<'a>>>,
     /// Time of each frame, rising. [s]
     pub times: &'a [f64],
     /// Positions in the local frame O-XYZ: frame, then knot. [m]
@@ -56,12 +58,15 @@ pub struct Replay<'a> {
     pub marks: Vec<(f64, String)>,
 }
 
-/// How the run ended.
+/// What the verdict was from a time on.
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Verdict<'a> {
-    /// Whether the net holds the target.
-    pub captured: bool,
-    /// The reason, such as `held` or `slipped`.
-    pub reason: &'a str,
+    /// From then on. [s]
+    pub from_s: f64,
+    /// In words, such as `held so far`.
+    pub words: &'a str,
+    /// Whether the net holds the target; none: nothing is decided yet.
+    pub held: Option<bool>,
 }
 
 /// The target and its motion.
@@ -150,7 +155,8 @@ pub struct Curve<'a> {
 struct Page<'a> {
     title: &'a str,
     source: Option<&'a str>,
-    verdict: Option<PageVerdict<'a>>,
+    verdicts: Option<&'a [Verdict<'a>]>,
+    warnings: &'a [String],
     n_recorded: usize,
     stride: usize,
     times: Vec<f64>,
@@ -165,12 +171,6 @@ struct Page<'a> {
     curves: Vec<PageCurve<'a>>,
     closing: Option<Closing>,
     marks: &'a [(f64, String)],
-}
-
-#[derive(Serialize)]
-struct PageVerdict<'a> {
-    captured: bool,
-    reason: &'a str,
 }
 
 #[derive(Serialize)]
@@ -221,10 +221,8 @@ pub fn html(replay: &Replay) -> String {
     let page = Page {
         title: replay.title,
         source: replay.source,
-        verdict: replay
-            .verdict
-            .as_ref()
-            .map(|verdict| PageVerdict { captured: verdict.captured, reason: verdict.reason }),
+        verdicts: replay.verdicts.as_deref(),
+        warnings: replay.warnings,
         n_recorded,
         stride,
         times: kept.iter().map(|&frame| replay.times[frame]).collect(),
@@ -437,7 +435,13 @@ mod tests {
                 chaser: None,
                 title,
                 source: Some("made up, to look at the page"),
-                verdict: parts.is_some().then_some(Verdict { captured: true, reason: "held" }),
+                warnings: &[],
+                verdicts: parts.is_some().then(|| {
+                    vec![
+                        Verdict { from_s: 0.0, words: "not held yet", held: None },
+                        Verdict { from_s: 1.9, words: "held so far", held: Some(true) },
+                    ]
+                }),
                 times: &self.times,
                 knots: &self.knots,
                 cables: &self.cables,

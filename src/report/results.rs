@@ -8,12 +8,13 @@ use ndarray::{Array1, Array2, Array3};
 use ndarray_npy::NpzWriter;
 
 use super::files::{self, WriteError};
-use super::{replay, table};
+use super::replay;
 use crate::case::Case;
 use crate::geometry::Hull;
 use crate::interaction::DrawnThread;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
+use crate::metrics::verdict::{self, Capture, Verdict};
 use crate::run::Run;
 use crate::state::{Body, FreeBody};
 use crate::target::parts::ConvexPart;
@@ -125,6 +126,7 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
     let mut head = vec!["t_s", "area_m2"];
     if has_target {
         head.extend(["enclosed", "mouth", "separation", "cqi", "cables_inside"]);
+        head.extend(["mouth_hull", "gather", "coverage", "relative_energy", "turns"]);
         head.extend(["target_x_m", "target_y_m", "target_z_m"]);
         head.extend(["target_qw", "target_qx", "target_qy", "target_qz"]);
         head.extend(["spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"]);
@@ -146,6 +148,8 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
             let body = &frames.target[i];
             row.extend([curves.enclosed[i], curves.mouth[i], curves.separation[i], curves.cqi[i]]);
             row.push(curves.cables_inside[i] as f64);
+            row.extend([curves.mouth_hull[i], curves.gather[i], curves.coverage[i]]);
+            row.extend([curves.relative_energy[i], curves.turns[i]]);
             row.extend(body.position.iter());
             let q = body.attitude.quaternion();
             row.extend([q.w, q.i, q.j, q.k]);
@@ -216,6 +220,9 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
         shown.extend([
             curve("enclosed", "", &curves.enclosed, true),
             curve("mouth", "", &curves.mouth, true),
+            curve("gather", "", &curves.gather, true),
+            curve("mouth hull", "", &curves.mouth_hull, false),
+            curve("coverage", "", &curves.coverage, false),
             curve("separation", "target lengths", &curves.separation, false),
             curve("quality index", "0 is ideal", &curves.cqi, false),
             curve("target's rate", "rad/s", &rates, false),
@@ -241,14 +248,15 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     let starts = reports().filter_map(|report| report.start);
     let starts = starts.filter_map(|(what, time)| Some((time?, what.to_owned())));
     let first_contact = run.extremes.first_contact.map(|time| (time, "first contact".to_owned()));
-    let captured = summary.capture.and_then(|capture| capture.captured_at_s);
+    let changes = match case.target {
+        Some(_) => verdict::changes(case, &frames.time, curves),
+        None => Vec::new(),
+    };
     replay::html(&replay::Replay {
         title: &case.scene.title,
         source: case.scene.source.as_deref(),
-        verdict: summary.capture.map(|capture| replay::Verdict {
-            captured: capture.captured,
-            reason: table::reason(capture.reason),
-        }),
+        warnings: &summary.warnings,
+        verdicts: summary.capture.map(|capture| verdicts(&capture, &changes, &frames.time)),
         times: &frames.time,
         knots: &frames.knots,
         cables: &cables,
@@ -266,9 +274,31 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
         marks: first_contact
             .into_iter()
             .chain(starts)
-            .chain(captured.map(|time| (time, "captured".to_owned())))
+            .chain(changes.iter().map(|change| (change.at_s, mark(change.state).to_owned())))
             .collect(),
     })
+}
+
+/// The verdict at every time, for the badge.
+fn verdicts(capture: &Capture, changes: &[verdict::Change], times: &[f64]) -> Vec<replay::Verdict<'static>> {
+    let before = replay::Verdict { from_s: times[0], words: "not held yet", held: None };
+    let at = |state: Verdict, from_s| replay::Verdict {
+        from_s,
+        words: state.words(),
+        held: Some(state.is_held()),
+    };
+    let never = changes.is_empty().then(|| at(capture.verdict, times[times.len() - 1]));
+    let changes = changes.iter().map(|change| at(change.state, change.at_s));
+    [before].into_iter().chain(changes).chain(never).collect()
+}
+
+/// What a change of the verdict is called along the time slider.
+fn mark(state: Verdict) -> &'static str {
+    match state {
+        Verdict::HeldSoFar => "held",
+        Verdict::HeldSettled => "settled",
+        Verdict::Lost | Verdict::Missed | Verdict::NeverMet => "lost",
+    }
 }
 
 /// Threads and winches, as the replay shows them.

@@ -3,9 +3,9 @@
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
-use crate::metrics::capture::Reason;
 use crate::metrics::retention::Trial;
 use crate::metrics::summary::Summary;
+use crate::metrics::verdict::{Capture, Reason, Verdict};
 use crate::study::ensemble::Ensemble;
 
 /// A table with a header and numbers to the right.
@@ -40,9 +40,14 @@ pub fn summary(summary: &Summary) -> String {
     if let Some(capture) = &summary.capture {
         rows.head("capture");
         rows.number("enclosed", capture.enclosed * 100.0, "% of the target");
-        rows.number("mouth", capture.mouth * 100.0, "% of the net");
+        rows.number("mouth, vector area", capture.mouth * 100.0, "% of the net");
+        rows.number("mouth, planar hull", capture.mouth_hull * 100.0, "% of the net");
+        rows.number("bullets from their centre", capture.gather * 100.0, "% of the side");
+        rows.number("directions covered", capture.coverage * 100.0, "%");
         rows.number("separation", capture.separation, "target lengths");
         rows.number("quality index", capture.cqi, "0 is ideal");
+        rows.number("relative energy", capture.relative_energy * 100.0, "% of the launch");
+        rows.number("turns held", capture.turns_held, "");
     }
     if let Some(chaser) = &summary.chaser {
         rows.head("chaser");
@@ -84,7 +89,8 @@ pub fn summary(summary: &Summary) -> String {
         rows.number(&format!("effect {name}"), 100.0 * share.copied().unwrap_or(0.0), "% of the wall time");
     }
 
-    format!("{}\n{}\n{}", summary.title, rows.0, verdict(summary))
+    let warnings: String = summary.warnings.iter().map(|warning| format!("\nwarning: {warning}.")).collect();
+    format!("{}\n{}\n{}{warnings}", summary.title, rows.0, verdict(summary))
 }
 
 /// `ensemble` as text: the share captured, and the quartiles of its main numbers.
@@ -104,22 +110,34 @@ pub fn ensemble(ensemble: &Ensemble) -> String {
     for (member, failure) in &ensemble.failures {
         text.push_str(&format!("\nmember {member} failed: {failure}"));
     }
-    if let Some(share) = &ensemble.captured {
-        let reasons: Vec<String> =
-            ensemble.reasons.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
-        let [low, high] = share.interval_95.map(|bound| 100.0 * bound);
-        text.push_str(&format!(
-            "\nCaptured {} of {} ({:.0} %; 95 % interval {low:.0} to {high:.0} %): {}.",
-            share.captured,
-            share.of,
-            100.0 * share.share,
-            reasons.join(", ")
-        ));
-    }
+    text.push('\n');
+    text.push_str(&ensemble_verdict(ensemble));
     for (share, trial) in [(ensemble.held_turn, "over one turn"), (ensemble.held_tug, "while tugged at")] {
         if let Some(share) = share {
             text.push_str(&format!("\nHeld {trial}: {} of {}.", share.captured, share.of));
         }
+    }
+    text
+}
+
+/// What became of the captures of an ensemble, in a sentence or two; empty without a target.
+pub fn ensemble_verdict(ensemble: &Ensemble) -> String {
+    let Some(share) = &ensemble.captured else { return String::new() };
+    let verdicts: Vec<String> = ensemble
+        .verdict_counts
+        .iter()
+        .map(|(verdict, count)| format!("{count} {}", verdict.replace('_', " ")))
+        .collect();
+    let [low, high] = share.interval_95.map(|bound| 100.0 * bound);
+    let mut text = format!(
+        "Captured {} of {} ({:.0} %; 95 % interval {low:.0} to {high:.0} %): {}.",
+        share.captured,
+        share.of,
+        100.0 * share.share,
+        verdicts.join(", ")
+    );
+    if let Some(survival) = &ensemble.survival {
+        text.push_str(&format!(" Of those ever held: {}.", super::survival::words(survival)));
     }
     text
 }
@@ -136,14 +154,41 @@ pub fn verdict(summary: &Summary) -> String {
             summary.deployment.max_area_m2, summary.deployment.deployment_time_s
         );
     };
-    match capture.reason {
-        Reason::Held => match capture.captured_at_s {
-            Some(time) => format!("CAPTURED: enclosed behind a closed mouth since {time:.2} s."),
-            None => "CAPTURED.".to_owned(),
-        },
-        Reason::Missed => "NOT CAPTURED: the net never enclosed the target.".to_owned(),
-        Reason::Slipped => "NOT CAPTURED: the target was enclosed and slipped out.".to_owned(),
-        Reason::Open => "NOT CAPTURED: enclosed, but the mouth is still open.".to_owned(),
+    captured(capture, summary.simulated_s)
+}
+
+/// The verdict on a target in a sentence; the run lasted for `simulated` [s].
+fn captured(capture: &Capture, simulated: f64) -> String {
+    let since = capture.captured_at_s.map_or_else(String::new, |time| format!(" since {time:.2} s"));
+    let again = match capture.recaptured {
+        0 => String::new(),
+        times => format!(", lost and recaptured {}", count(times)),
+    };
+    let lost = capture.lost_at_s.map_or_else(String::new, |time| format!(" at {time:.2} s"));
+    match (capture.verdict, capture.reason) {
+        (Verdict::HeldSettled, _) => {
+            let settled = capture.settled_at_s.map_or_else(String::new, |time| format!(" at {time:.2} s"));
+            format!("CAPTURED, held: settled{settled}; enclosed behind a closed mouth{since}{again}.")
+        }
+        (Verdict::HeldSoFar, _) => format!(
+            "HELD SO FAR, not settled: enclosed behind a closed mouth{since}, to the end at {simulated:.2} s{again}. \
+             Run on with `--until settled`."
+        ),
+        (Verdict::Lost, Reason::Open) => {
+            format!("NOT CAPTURED: it was held{again}, and the mouth opened{lost}.")
+        }
+        (Verdict::Lost, _) => format!("NOT CAPTURED: it was held{again}, and lost{lost}."),
+        (Verdict::Missed, Reason::Open) => "NOT CAPTURED: enclosed, but the mouth never closed.".to_owned(),
+        (Verdict::Missed, _) => "NOT CAPTURED: the net met the target and never held it.".to_owned(),
+        (Verdict::NeverMet, _) => "NOT CAPTURED: net and target never met.".to_owned(),
+    }
+}
+
+fn count(times: usize) -> String {
+    match times {
+        1 => "once".to_owned(),
+        2 => "twice".to_owned(),
+        n => format!("{n} times"),
     }
 }
 
@@ -153,16 +198,6 @@ pub fn held(trial: &Trial) -> &'static str {
         Some(true) => "held",
         Some(false) => "lost",
         None => "held so far",
-    }
-}
-
-/// The reason of a verdict in a word.
-pub fn reason(reason: Reason) -> &'static str {
-    match reason {
-        Reason::Held => "held",
-        Reason::Missed => "missed",
-        Reason::Slipped => "slipped",
-        Reason::Open => "open",
     }
 }
 

@@ -38,8 +38,13 @@ pub fn check_scene(scene: &Scene, limits: &Limits, problems: &mut Problems) {
     if scene.target.is_some() && scene.capture.hold_s > duration {
         problems.add("capture.hold_s", scene.capture.hold_s, format!("at most duration_s, {duration}"));
     }
-    if scene.target.is_none() && scene.expect.captured.is_some() {
-        problems.add("expect.captured", "a verdict without a target", "a scene with a target");
+    for (place, is_asked) in [
+        ("expect.captured", scene.expect.captured.is_some()),
+        ("expect.verdict", scene.expect.verdict.is_some()),
+    ] {
+        if scene.target.is_none() && is_asked {
+            problems.add(place, "a verdict without a target", "a scene with a target");
+        }
     }
     check_solver(scene, problems);
     let needs_target = |trigger: Option<Trigger>| trigger.is_some_and(|trigger| trigger.needs_target());

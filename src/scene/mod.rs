@@ -20,7 +20,7 @@ use crate::read;
 use schema::Scene;
 
 /// The scene that runs when no other is named.
-pub const DEFAULT: &str = "cubesat-spin-x-2.0-tube";
+pub const DEFAULT: &str = "cubesat-spin-x-2.0-tube-settled";
 
 /// A scene as found: its name, its JSON, and the folder its paths are relative to.
 #[derive(Clone, Debug)]

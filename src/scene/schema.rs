@@ -63,6 +63,21 @@ pub struct CaptureRule {
     /// For how long both must hold, up to the end of the run [s].
     #[schemars(range(min = 0))]
     pub hold_s: f64,
+    /// Settled: largest mean distance of the bullets from their centre, as a share of the net's side [-].
+    #[schemars(range(min = 0))]
+    pub settled_gather: f64,
+    /// Settled: largest planar hull of the perimeter, as a share of the designed area [-].
+    #[schemars(range(min = 0))]
+    pub settled_hull: f64,
+    /// Settled: largest kinetic energy of the net relative to the target, as a share of the launch energy [-].
+    #[schemars(range(min = 0))]
+    pub settled_energy: f64,
+    /// Settled: least turns of a target that tumbles while all of this is so [-].
+    #[schemars(range(min = 0))]
+    pub settled_turns: f64,
+    /// Settled: least time for which all of this is so, in crossing times: side of the net over launch speed [-].
+    #[schemars(range(min = 0))]
+    pub settled_crossings: f64,
     /// Weights of volume, surface and distance in the capture quality index [-].
     #[schemars(inner(range(min = 0)))]
     pub cqi_weights: [f64; 3],
@@ -72,7 +87,18 @@ impl Default for CaptureRule {
     fn default() -> Self {
         // Enclosed 0.5: corners of a target poke out between knots; in a probe a wrapped
         // Cubesat read 0.70 to 0.97, a lost one 0.0, its mouth 0.01 to 0.07 and 0.1 to 0.4.
-        CaptureRule { enclosed_min: 0.5, mouth_max: 0.2, hold_s: 0.3, cqi_weights: [0.1, 0.1, 0.8] }
+        // Settled: measured on long runs, see `docs/verdict.md`.
+        CaptureRule {
+            enclosed_min: 0.5,
+            mouth_max: 0.2,
+            hold_s: 0.3,
+            settled_gather: 0.2,
+            settled_hull: 0.1,
+            settled_energy: 0.2,
+            settled_turns: 0.5,
+            settled_crossings: 5.0,
+            cqi_weights: [0.1, 0.1, 0.8],
+        }
     }
 }
 
@@ -94,10 +120,58 @@ impl Default for Output {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
-    /// The verdict.
+    /// Whether the target is held at the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub captured: Option<bool>,
+    /// The verdict in time, to the word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Bands for numbers of the summary: `"contact.first_contact_s": [0.74, 0.80]`.
     #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
     pub within: std::collections::BTreeMap<String, [f64; 2]>,
+}
+
+/// What became of the capture, as far as the run went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Net and target never touched.
+    NeverMet,
+    /// They met, but the target was never held.
+    Missed,
+    /// Held, and lost.
+    Lost,
+    /// Held to the end; not decided.
+    HeldSoFar,
+    /// Held, and settled.
+    HeldSettled,
+}
+
+impl Verdict {
+    /// Whether the target is held.
+    pub fn is_held(self) -> bool {
+        matches!(self, Verdict::HeldSoFar | Verdict::HeldSettled)
+    }
+
+    /// As in `summary.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::NeverMet => "never_met",
+            Verdict::Missed => "missed",
+            Verdict::Lost => "lost",
+            Verdict::HeldSoFar => "held_so_far",
+            Verdict::HeldSettled => "held_settled",
+        }
+    }
+
+    /// For a person.
+    pub fn words(self) -> &'static str {
+        match self {
+            Verdict::NeverMet => "never met",
+            Verdict::Missed => "missed",
+            Verdict::Lost => "lost",
+            Verdict::HeldSoFar => "held so far",
+            Verdict::HeldSettled => "held, settled",
+        }
+    }
 }

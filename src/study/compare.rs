@@ -1,4 +1,4 @@
-//! One scene in several variants, side by side: do two methods, or two mechanisms, tell the same story?
+//! One scene in several variants, or several scenes, side by side: do two methods, or two mechanisms, tell the same story?
 //!
 //! Every variant is run as the same small ensemble, so that member i has the same perturbation in
 //! all of them. Variants are compared with the first one that can be run, the base, member by
@@ -18,11 +18,12 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::ensemble::{self, Quartiles, Share, perturbed};
+use super::ensemble::{self, Ended, Quartiles, Share, perturbed};
+use super::settle;
+use super::survival::Survival;
 use crate::case::Case;
 use crate::metrics::summary::Summary;
 use crate::provenance::Provenance;
-use crate::run::Run;
 use crate::solver::Solver;
 use difference::{Path, Separation};
 use track::{Bands, Member, Track};
@@ -95,6 +96,15 @@ pub struct Outcome {
     pub captured: Option<Share>,
     /// How often each reason was given.
     pub reasons: BTreeMap<String, usize>,
+    /// How often each verdict was given.
+    #[serde(default)]
+    pub verdict_counts: BTreeMap<String, usize>,
+    /// Share still held over time; absent when no member was ever held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub survival: Option<Survival>,
+    /// How each member ended.
+    #[serde(default)]
+    pub verdicts: Vec<Ended>,
     /// Share that held the target over one period of its tumbling, of those decided (`retention.turn`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_turn: Option<Share>,
@@ -151,8 +161,9 @@ pub fn run(
     let at_once = request.at_once().min(missing.len());
     let one = |&(member, v, case): &(usize, usize, &Case)| {
         let case = perturbed(case, &request.ensemble, member);
-        let outcome =
-            Run::of(&case, |_| {}).map(|run| Track::of(&case, &run)).map_err(|failure| failure.to_string());
+        let outcome = settle::run(&case, request.ensemble.at_most_s, |_| {})
+            .map(|(run, curves)| Track::of(&case, &run, curves))
+            .map_err(|failure| failure.to_string());
         let member = Member { member, at_once, outcome };
         done(v, &member);
         (v, member)
@@ -239,6 +250,8 @@ impl Outcome {
         for verdict in &verdicts {
             *reasons.entry(format!("{:?}", verdict.reason).to_lowercase()).or_insert(0) += 1;
         }
+        let ended = self::tracks(members).filter_map(|(member, track)| Ended::of(member, &track.summary));
+        let ended: Vec<Ended> = ended.collect();
         let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         for (name, value) in summaries.iter().flat_map(|summary| summary.scalars()) {
             values.entry(name).or_default().push(value);
@@ -255,6 +268,9 @@ impl Outcome {
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
             reasons,
+            verdict_counts: Ended::counts(&ended),
+            survival: Survival::of(&summaries),
+            verdicts: ended,
             held_turn: Share::held(&summaries, |retention| retention.turn),
             held_tug: Share::held(&summaries, |retention| retention.tug),
             scalars: values.into_iter().map(|(name, values)| (name, Quartiles::of(values))).collect(),

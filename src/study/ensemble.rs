@@ -14,13 +14,14 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 use statrs::statistics::{Data, OrderStatistics};
 
+use super::settle;
+use super::survival::Survival;
 use crate::cable::Cable;
 use crate::case::Case;
-use crate::metrics::capture::Curves;
 use crate::metrics::retention::{Retention, Trial};
 use crate::metrics::summary::Summary;
+use crate::metrics::verdict::Verdict;
 use crate::problems::Problems;
-use crate::run::Run;
 
 /// What an ensemble is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -31,6 +32,9 @@ pub struct Request {
     pub perturb_m: f64,
     /// Seed of the perturbations.
     pub seed: u64,
+    /// For how long at most a member goes on until its verdict is decided [s]; absent: to the scene's end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_most_s: Option<f64>,
 }
 
 /// One member's outcome.
@@ -86,6 +90,15 @@ pub struct Ensemble {
     pub captured: Option<Share>,
     /// How often each reason was given.
     pub reasons: BTreeMap<String, usize>,
+    /// How often each verdict was given.
+    #[serde(default)]
+    pub verdict_counts: BTreeMap<String, usize>,
+    /// Share still held over time; absent when no member was ever held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub survival: Option<Survival>,
+    /// How each member ended: `run SCENE --member N` runs it again.
+    #[serde(default)]
+    pub verdicts: Vec<Ended>,
     /// Share that held the target over one period of its tumbling, of those decided (`retention.turn`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_turn: Option<Share>,
@@ -134,6 +147,50 @@ impl Request {
     }
 }
 
+/// How one member ended.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Ended {
+    /// Its number, from 0.
+    pub member: usize,
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// When it was first held [s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enclosed_at_s: Option<f64>,
+    /// When it was lost last [s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lost_at_s: Option<f64>,
+    /// When it was settled [s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settled_at_s: Option<f64>,
+    /// Its end [s].
+    pub simulated_s: f64,
+}
+
+impl Ended {
+    /// How the member with the number `member` ended; nothing without a target.
+    pub fn of(member: usize, summary: &Summary) -> Option<Ended> {
+        let capture = summary.capture?;
+        Some(Ended {
+            member,
+            verdict: capture.verdict,
+            enclosed_at_s: capture.enclosed_at_s,
+            lost_at_s: capture.lost_at_s,
+            settled_at_s: capture.settled_at_s,
+            simulated_s: summary.simulated_s,
+        })
+    }
+
+    /// How often each verdict was given.
+    pub fn counts(all: &[Ended]) -> BTreeMap<String, usize> {
+        let mut counts = BTreeMap::new();
+        for ended in all {
+            *counts.entry(ended.verdict.name().to_owned()).or_insert(0) += 1;
+        }
+        counts
+    }
+}
+
 /// A copy of `case` whose folded knots are moved by up to `request.perturb_m` along each axis, and
 /// whose shots deviate anew where the scene disperses them.
 pub fn perturbed(case: &Case, request: &Request, member: usize) -> Case {
@@ -159,8 +216,8 @@ pub fn run(case: &Case, request: &Request, known: Vec<Member>, done: impl Fn(&Me
         .into_par_iter()
         .map(|member| {
             let case = perturbed(case, request, member);
-            let outcome = match Run::of(&case, |_| {}) {
-                Ok(run) => Summary::of(&case, &run, &Curves::of(&case, &run)).sound(),
+            let outcome = match settle::run(&case, request.at_most_s, |_| {}) {
+                Ok((run, curves)) => Summary::of(&case, &run, &curves).sound(),
                 Err(failure) => Err(failure.to_string()),
             };
             let member = Member { member, outcome };
@@ -182,6 +239,8 @@ impl Ensemble {
         for verdict in &verdicts {
             *reasons.entry(format!("{:?}", verdict.reason).to_lowercase()).or_insert(0) += 1;
         }
+        let ended = members.iter().filter_map(|m| Ended::of(m.member, m.outcome.as_ref().ok()?));
+        let ended: Vec<Ended> = ended.collect();
         let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         for (name, value) in summaries.iter().flat_map(|summary| summary.scalars()) {
             values.entry(name).or_default().push(value);
@@ -193,6 +252,9 @@ impl Ensemble {
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
             reasons,
+            verdict_counts: Ended::counts(&ended),
+            survival: Survival::of(&summaries),
+            verdicts: ended,
             held_turn: Share::held(&summaries, |retention| retention.turn),
             held_tug: Share::held(&summaries, |retention| retention.tug),
             failures: members

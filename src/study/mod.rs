@@ -3,4 +3,6 @@
 pub mod compare;
 pub mod cost;
 pub mod ensemble;
+pub mod settle;
 pub mod stress;
+pub mod survival;

@@ -100,7 +100,7 @@ pub fn summary(case: &Case) -> Summary {
 
 /// Summaries of `members` copies of `case`, perturbed by 1e-6 m as `tumblenet run --ensemble` does.
 pub fn ensemble(case: &Case, members: usize) -> Vec<Summary> {
-    let request = Request { members, perturb_m: 1e-6, seed: 1 };
+    let request = Request { members, perturb_m: 1e-6, seed: 1, at_most_s: None };
     let members = ensemble::run(case, &request, Vec::new(), |_| {});
     members.into_iter().map(|m| m.outcome.unwrap_or_else(|why| panic!("{}: {why}", case.name))).collect()
 }

@@ -5,6 +5,7 @@ use plotters::style::RGBColor;
 use super::plain;
 use crate::report::page::Figure;
 use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour, dashed, kind_colour};
+use crate::report::survival::Named;
 use crate::study::compare::difference::{BoxPlot, Differences, Horizon, Separation};
 use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD};
 use crate::study::compare::{Compared, Comparison, Outcome};
@@ -12,6 +13,8 @@ use crate::study::compare::{Compared, Comparison, Outcome};
 /// All figures that apply.
 pub fn all(comparison: &Comparison) -> Vec<Figure> {
     [
+        verdicts(comparison),
+        survival(comparison),
         bullet_differences(comparison),
         difference_over_time(comparison),
         capture(comparison),
@@ -19,7 +22,6 @@ pub fn all(comparison: &Comparison) -> Vec<Figure> {
         contact_response(comparison),
         energy(comparison),
         momentum(comparison),
-        verdicts(comparison),
         wall_time(comparison),
     ]
     .into_iter()
@@ -463,14 +465,17 @@ fn bars(rows: Vec<Barred>, x: Axis) -> Vec<Panel> {
 fn verdicts(comparison: &Comparison) -> Figure {
     let bar = |(v, variant, outcome): (usize, &Compared, &Outcome)| {
         let share = outcome.captured?;
-        let reasons: Vec<String> =
-            outcome.reasons.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+        let verdicts: Vec<String> = outcome
+            .verdict_counts
+            .iter()
+            .map(|(verdict, count)| format!("{count} {}", verdict.replace('_', " ")))
+            .collect();
         Some(Barred {
             name: variant.label.clone(),
             colour: colour(v),
             value: 100.0 * share.share,
             whisker: share.interval_95.map(|bound| 100.0 * bound),
-            note: format!("{} of {}: {}", share.captured, share.of, reasons.join(", ")),
+            note: format!("{} of {}: {}", share.captured, share.of, verdicts.join(", ")),
         })
     };
     Figure {
@@ -484,6 +489,16 @@ fn verdicts(comparison: &Comparison) -> Figure {
             Axis::fixed("members captured [%]", 0.0, 100.0),
         ),
     }
+}
+
+fn survival(comparison: &Comparison) -> Figure {
+    let named = |(v, variant, outcome): (usize, &'_ Compared, &'_ Outcome)| {
+        Some((variant.label.clone(), v, outcome.survival.clone()?))
+    };
+    let curves: Vec<_> = comparison.ran().filter_map(named).collect();
+    let named =
+        curves.iter().map(|(name, series, survival)| Named { name: name.clone(), series: *series, survival });
+    crate::report::survival::figure(&named.collect::<Vec<_>>())
 }
 
 fn wall_time(comparison: &Comparison) -> Figure {

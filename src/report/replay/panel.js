@@ -2,11 +2,19 @@
 
 $("title").textContent = run.title;
 $("source").textContent = $("source").title = run.source || "";
-if (run.verdict) {
-  const { captured, reason } = run.verdict;
-  $("verdict").textContent = (captured ? "captured" : "not captured") + (reason ? ": " + reason : "");
-  $("verdict").className = captured ? "good" : "bad";
-  $("verdict").hidden = false;
+for (const words of run.warnings) {
+  const line = document.createElement("p");
+  line.textContent = words + ".";
+  $("warnings").append(line);
+}
+$("warnings").hidden = !run.warnings.length;
+$("warnings").firstElementChild.textContent = run.warnings.length === 1 ? "A warning" : run.warnings.length + " warnings";
+$("verdict").hidden = $("meanings").hidden = !run.verdicts;
+function showVerdict() { // what was known at the moment shown, not what became of it
+  const known = (run.verdicts || []).filter(v => v.from_s <= now.t + 1e-9).pop();
+  if (!known) return;
+  $("verdict").textContent = known.words;
+  $("verdict").className = known.held === null ? "open" : known.held ? "good" : "bad";
 }
 
 const curves = run.curves.map((curve, index) => {
@@ -57,6 +65,7 @@ function trace(curve, x, y) { // an SVG path with gaps where there is no value
 }
 
 function showNumbers() {
+  showVerdict();
   $("clock").innerHTML = `${now.t.toFixed(timeDigits)} s <small>of ${tEnd.toFixed(timeDigits)} s</small>`;
   for (const curve of curves) {
     const value = between(curve.values);

@@ -93,9 +93,8 @@ pub const ROWS: [&str; 9] = [
 pub const ROWS_HELD: usize = 4;
 
 impl Track {
-    /// What is kept of `run`.
-    pub fn of(case: &Case, run: &Run) -> Track {
-        let curves = Curves::of(case, run);
+    /// What is kept of `run`, whose capture curves are `curves`.
+    pub fn of(case: &Case, run: &Run, curves: Curves) -> Track {
         let frames = &run.frames;
         let momentum_target: Vec<Vector3<f64>> = match &case.target {
             Some(target) if target.motion == crate::target::spec::Motion::Free => {

@@ -88,6 +88,42 @@ pub fn variants(
     problems.into_result(Some(variants))
 }
 
+/// The variants of several scenes, each named after its scene: as it is written where neither `solvers`
+/// nor `vary` are named.
+///
+/// # Errors
+/// Every fault of the arguments and of the first scene that has any.
+pub fn of_scenes(
+    sources: &[Source],
+    solvers: Option<&[String]>,
+    vary: &[String],
+) -> Result<Vec<Variant>, Problems> {
+    if let [source] = sources {
+        return variants(source, solvers, vary);
+    }
+    let mut problems = Problems::new("compare");
+    let mut all: Vec<Variant> = Vec::new();
+    for source in sources {
+        let of_scene = if solvers.is_none() && vary.is_empty() {
+            vec![Variant { label: String::new(), changes: Vec::new(), case: Ok(Case::build(source)?) }]
+        } else {
+            variants(source, solvers, vary)?
+        };
+        for variant in of_scene {
+            let parts = [source.name.as_str(), variant.label.as_str()];
+            let label = parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
+            if all.iter().any(|known| known.label == label) {
+                problems.add("scenes", format!("{label}, twice"), "each scene once");
+            }
+            all.push(Variant { label, ..variant });
+        }
+    }
+    if all.len() > MAX_VARIANTS {
+        problems.add("variants", all.len(), format!("at most {MAX_VARIANTS} in one comparison"));
+    }
+    problems.into_result(Some(all))
+}
+
 /// Solver pairs, written `cables+contact`.
 fn pairs(named: &[String], problems: &mut Problems) -> Vec<Choice> {
     let mut choices: Vec<Choice> = Vec::new();

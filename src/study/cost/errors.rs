@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::reference::{Reference, at_times};
 use crate::case::Case;
-use crate::metrics::capture::{Capture, Curves};
+use crate::metrics::capture::Curves;
 use crate::metrics::conservation::Conservation;
 use crate::metrics::deployment::Deployment;
+use crate::metrics::verdict::Capture;
 use crate::run::Run;
 use crate::work::Work;
 
@@ -196,7 +197,7 @@ impl Ending {
     pub fn of(case: &Case, run: &Run) -> Option<Ending> {
         let curves = Curves::of(case, run);
         Some(Ending {
-            capture: Capture::of(&case.scene.capture, &run.frames.time, &curves)?,
+            capture: Capture::of(case, run.extremes.first_contact.is_some(), &run.frames.time, &curves)?,
             first_contact_s: run.extremes.first_contact,
             max_penetration_m: run.extremes.penetration,
             through: through(case, run),

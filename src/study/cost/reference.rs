@@ -207,7 +207,7 @@ fn start(case: &Case, member: usize, seed: u64) -> Case {
     if member == 0 {
         return case.clone();
     }
-    perturbed(case, &ensemble::Request { members: RUNS, perturb_m: PERTURB, seed }, member)
+    perturbed(case, &ensemble::Request { members: RUNS, perturb_m: PERTURB, seed, at_most_s: None }, member)
 }
 
 /// A run of the explicit net up to the last time of the request: with the finest step that the `allowed` seconds

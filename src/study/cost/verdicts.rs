@@ -129,7 +129,7 @@ pub fn distributions(
     let all: Vec<(&str, &Case)> = finest.into_iter().chain(others).collect();
     let (cases, members) = affordable(all, asked);
 
-    let request = Request { members, perturb_m: PERTURB, seed: asked.seed };
+    let request = Request { members, perturb_m: PERTURB, seed: asked.seed, at_most_s: None };
     let mut round = 0;
     let members = run(&cases, &request, store, || {
         round += 1;

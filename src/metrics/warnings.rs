@@ -1,0 +1,118 @@
+//! When not to believe a run: what the model is too coarse for, said with its price.
+//!
+//! | warning | known |
+//! |---|---|
+//! | knots are farther apart than a part of the target is thick, and `cable_contact` is not named | before |
+//! | the target's box looks like millimetres read as metres | before |
+//! | cables go through the target, and `cable_contact` is not named | after |
+//! | a cable bore more than its breaking tension | after |
+//! | a bullet left the reach of the scene | after |
+
+use super::capture::Curves;
+use crate::case::Case;
+use crate::run::Run;
+use crate::solver::CableModel;
+use crate::target::Target;
+
+/// Least density of a target that is not taken for a slip of units [kg/m^3]: of the built-in ones
+/// Envisat with its panel has the least, 19 within its hull.
+const LEAST_DENSITY: f64 = 0.05;
+
+/// Longest target over the side of the net that is not taken for a slip of units [-].
+const LONGEST: f64 = 30.0;
+
+/// What is known before `case` runs.
+pub fn before(case: &Case) -> Vec<String> {
+    let Some(target) = &case.target else { return Vec::new() };
+    [wide_meshes(case, target), millimetres(case, target)].into_iter().flatten().collect()
+}
+
+/// What is known after it ran, all of it.
+pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
+    let mut warnings = before(case);
+    warnings.extend(cables_inside(case, curves));
+    let utilisation = run.extremes.utilisation;
+    if utilisation > 1.0 {
+        warnings.push(format!(
+            "a cable bore {utilisation:.2} times its breaking tension; a cable breaks in a flight, not here"
+        ));
+    }
+    warnings.extend(out_of_reach(case, run));
+    warnings
+}
+
+/// What contact of cables costs, for a warning that asks for it.
+fn price(case: &Case) -> &'static str {
+    // Cubesat about x at 0.5 rad/s over 10 s: 3.7 s and 4.3 s; 1.1 s and 3.2 s.
+    match case.scene.solver.cables {
+        CableModel::Joints => "1.2 to 1.3 times the processor time",
+        CableModel::Explicit => "3 to 7 times the processor time",
+    }
+}
+
+fn wide_meshes(case: &Case, target: &Target) -> Option<String> {
+    let mesh = case.net.cables.iter().map(|cable| cable.rest_length).fold(0.0, f64::max);
+    if case.scene.effects.cable_contact.is_some() {
+        return None;
+    }
+    let thin = |part: &crate::target::parts::ConvexPart| part.primitive.thickness();
+    let (part, least) = target.parts.iter().map(thin).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (mesh > least).then(|| {
+        format!(
+            "knots are up to {mesh:.3} m apart, part {part} of the target is {least:.3} m thick, and only knots touch it: \
+             cables may go through. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
+            price(case)
+        )
+    })
+}
+
+fn millimetres(case: &Case, target: &Target) -> Option<String> {
+    let side = case.net.designed_area.sqrt();
+    let density = target.mass / target.hull_volume;
+    let box_of = |axis: usize| {
+        let ends = target.parts.iter().flat_map(|part| part.hull_points().collect::<Vec<_>>());
+        let [low, high] =
+            ends.fold([f64::MAX, f64::MIN], |[low, high], p| [low.min(p[axis]), high.max(p[axis])]);
+        high - low
+    };
+    let sides = [0, 1, 2].map(box_of);
+    let longest = sides.iter().copied().fold(0.0, f64::max);
+    (density < LEAST_DENSITY || longest > LONGEST * side).then(|| {
+        format!(
+            "the target's box is {:.4} x {:.4} x {:.4} m with {} kg before a net of {side:.3} m: millimetres read as metres?",
+            sides[0], sides[1], sides[2], target.mass
+        )
+    })
+}
+
+fn cables_inside(case: &Case, curves: &Curves) -> Option<String> {
+    let (last, most) = (*curves.cables_inside.last()?, *curves.cables_inside.iter().max()?);
+    (most > 0 && case.scene.effects.cable_contact.is_none()).then(|| {
+        format!(
+            "{last} cables go through the target at the end, {most} at most: only knots touch it, and a net hooked inside \
+             holds what a real one does not. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
+            price(case)
+        )
+    })
+}
+
+/// A bullet farther from the start than the target and the whole net reach.
+fn out_of_reach(case: &Case, run: &Run) -> Option<String> {
+    let target = case.target.as_ref()?;
+    let reach = target.position.norm() + target.bounding_radius + (2.0 * case.net.designed_area).sqrt();
+    let frames = run.frames.time.iter().zip(&run.frames.knots).zip(&run.frames.target);
+    frames
+        .map(|((time, knots), body)| {
+            // A target that was pushed takes the reach along.
+            let pushed = body.position - target.position;
+            let far = case.net.bullets.map(|bullet| (knots[bullet] - pushed).norm());
+            (time, far.into_iter().fold(0.0, f64::max))
+        })
+        .find(|(_, far)| *far > reach)
+        .map(|(time, far)| {
+            format!(
+                "a bullet is {far:.1} m from where it was shot at {time:.2} s, beyond target and net ({reach:.1} m): \
+                 what the net does from then on has nothing to do with the target"
+            )
+        })
+}
