@@ -83,7 +83,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
 
 /// The place of what a run came to.
 fn kept(out: &Path, job: &Job) -> Result<Kept, WriteError> {
-    let request = Request { members: 0, perturb_m: 0.0, seed: 0 };
+    let request = Request { members: 0, perturb_m: 0.0, seed: 0, at_most_s: None };
     Kept::open(&out.join("runs"), &job.name, &job.case, &request)
 }
 
