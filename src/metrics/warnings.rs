@@ -11,7 +11,6 @@
 use super::capture::Curves;
 use crate::case::Case;
 use crate::run::Run;
-use crate::solver::CableModel;
 use crate::target::Target;
 
 /// Least density of a target that is not taken for a slip of units [kg/m^3]: of the built-in ones
@@ -41,15 +40,6 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
     warnings
 }
 
-/// What contact of cables costs, for a warning that asks for it.
-fn price(case: &Case) -> &'static str {
-    // Cubesat about x at 0.5 rad/s over 10 s: 3.7 s and 4.3 s; 1.1 s and 3.2 s.
-    match case.scene.solver.cables {
-        CableModel::Joints => "1.2 to 1.3 times the processor time",
-        CableModel::Explicit => "3 to 7 times the processor time",
-    }
-}
-
 fn wide_meshes(case: &Case, target: &Target) -> Option<String> {
     let mesh = case.net.cables.iter().map(|cable| cable.rest_length).fold(0.0, f64::max);
     if case.scene.effects.cable_contact.is_some() {
@@ -61,7 +51,7 @@ fn wide_meshes(case: &Case, target: &Target) -> Option<String> {
         format!(
             "knots are up to {mesh:.3} m apart, part {part} of the target is {least:.3} m thick, and only knots touch it: \
              cables may go through. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
-            price(case)
+            case.scene.solver.cables.cable_contact_price()
         )
     })
 }
@@ -91,7 +81,7 @@ fn cables_inside(case: &Case, curves: &Curves) -> Option<String> {
         format!(
             "{last} cables go through the target at the end, {most} at most: only knots touch it, and a net hooked inside \
              holds what a real one does not. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
-            price(case)
+            case.scene.solver.cables.cable_contact_price()
         )
     })
 }
