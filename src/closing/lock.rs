@@ -6,7 +6,7 @@
 //!
 //! Latches are a choice of ours: the source has none.
 
-use super::thread::{IterationLimits, LengthCommand, Thread};
+use super::thread::{LengthCommand, Thread, ThreadSweeps};
 use crate::state::Knots;
 
 /// Steps between two looks for knots to latch: between them a knot moves a few millimetres.
@@ -60,7 +60,7 @@ impl Lock {
         let mut changed = false;
         for (latch, length) in &mut self.latches {
             changed |=
-                latch.pull(knots, inverse_mass, step, &LengthCommand::hold(*length), &IterationLimits::WHOLE);
+                latch.pull(knots, inverse_mass, step, &LengthCommand::hold(*length), &ThreadSweeps::WHOLE);
         }
         changed
     }

@@ -6,7 +6,7 @@
 //! calls the same [`SubstepConstraint::solve`] in each of its own steps, or of the parts into which it cuts one.
 //!
 //! Several threads meet in the bullets; Gauss–Seidel sweeps over them settle it, within a step or from
-//! sub-step to sub-step (see [`IterationLimits`]).
+//! sub-step to sub-step (see [`ThreadSweeps`]).
 
 pub mod layouts;
 pub mod lock;
@@ -22,7 +22,7 @@ use crate::state::{EffectWork, Knots};
 use layouts::Route;
 use lock::Lock;
 use pulled::{Done, PulledKnots};
-use thread::{IterationLimits, Node, Thread};
+use thread::{Node, Thread, ThreadSweeps};
 use winch::{Drive, Winch, WinchRecord};
 
 /// By how much a thread may be longer than what is off its reels below their largest tension, over its full
@@ -37,7 +37,7 @@ pub struct Mechanism {
     lock: Option<Lock>,
     inverse_mass: Vec<f64>,
     runs: bool,
-    effort: IterationLimits,
+    effort: ThreadSweeps,
 
     pulled: PulledKnots,
     /// What came in through the anchors since that was last accounted for.
@@ -126,7 +126,7 @@ impl Mechanism {
             lock,
             inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
             runs: false,
-            effort: IterationLimits::WHOLE,
+            effort: ThreadSweeps::WHOLE,
             pulled: PulledKnots::new(reached),
             outside: Outside::default(),
             stored_before: 0.0,
@@ -160,7 +160,7 @@ impl Mechanism {
 
     /// Takes less trouble within a call: it is called in every sub-step.
     pub fn in_substeps(&mut self) {
-        self.effort = IterationLimits::IN_SUBSTEPS;
+        self.effort = ThreadSweeps::IN_SUBSTEPS;
     }
 
     /// Puts the anchor of every thread to `position` [m].

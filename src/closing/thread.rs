@@ -45,7 +45,7 @@ use crate::state::Knots;
 
 /// How hard a (sub-)step tries to settle all threads.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IterationLimits {
+pub struct ThreadSweeps {
     /// Gauss–Seidel sweeps over the threads, at most.
     pub sweeps: usize,
     /// Newton passes of each on its length at the end of the step, at most.
@@ -54,14 +54,14 @@ pub struct IterationLimits {
     pub tolerance: f64,
 }
 
-impl IterationLimits {
+impl ThreadSweeps {
     /// Within a step.
-    pub const WHOLE: IterationLimits = IterationLimits { sweeps: 3, passes: 6, tolerance: 1e-7 };
+    pub const WHOLE: ThreadSweeps = ThreadSweeps { sweeps: 3, passes: 6, tolerance: 1e-7 };
 
     /// Where sub-steps follow each other so closely that one settles what the last left. On the Cubesat's
     /// closing, excess and the winches' work are those of `WHOLE` (3e-4 of the length for 1e-4 with three
     /// passes), in two thirds of the time.
-    pub const IN_SUBSTEPS: IterationLimits = IterationLimits { sweeps: 1, passes: 1, tolerance: 1e-4 };
+    pub const IN_SUBSTEPS: ThreadSweeps = ThreadSweeps { sweeps: 1, passes: 1, tolerance: 1e-4 };
 }
 
 /// A segment is long, and pulled along the line it has at the start of the step, when its knots
@@ -343,7 +343,7 @@ impl Thread {
         inverse_mass: &[f64],
         step: f64,
         ask: &LengthCommand,
-        effort: &IterationLimits,
+        effort: &ThreadSweeps,
     ) -> bool {
         let mut changed = false;
         if self.inverse_mass <= 0.0 {
@@ -476,7 +476,7 @@ mod tests {
     fn pulled(knots: &Knots, inverse_mass: &[f64], thread: &mut Thread, ask: &LengthCommand) -> Knots {
         let mut after = knots.clone();
         thread.begin(knots, inverse_mass);
-        thread.pull(&mut after, inverse_mass, STEP, ask, &IterationLimits::WHOLE);
+        thread.pull(&mut after, inverse_mass, STEP, ask, &ThreadSweeps::WHOLE);
         after
     }
 
@@ -565,7 +565,7 @@ mod tests {
         let ask = LengthCommand { impulse_most: 1.0 * STEP, ..LengthCommand::hold(0.0) };
         for _ in 0..300 {
             thread.begin(&knots, &inverse_mass);
-            thread.pull(&mut knots, &inverse_mass, STEP, &ask, &IterationLimits::WHOLE);
+            thread.pull(&mut knots, &inverse_mass, STEP, &ask, &ThreadSweeps::WHOLE);
             for i in 0..4 {
                 let velocity = knots.velocity[i];
                 knots.position[i] += STEP * velocity;
