@@ -5,7 +5,7 @@
 //! | vector area | of the perimeter polygon, over the designed area; the two halves of a perimeter crossed like an eight cancel |
 //! | planar hull | area of the convex hull of the perimeter knots, projected on the plane that fits them best, over the designed area; a crossing cannot cancel it |
 //! | gather | mean distance of the four bullets from their centre, over the side of the net (the root of the designed area): 0.71 as designed, 0 where they have met |
-//! | coverage | share of [`N_DIRECTIONS`] even directions from the target's centre of mass that have a knot within 30° |
+//! | coverage | share of 200 even directions from the target's centre of mass that have a knot within 30° |
 
 use nalgebra::{Matrix3, Vector3};
 
