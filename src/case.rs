@@ -57,6 +57,16 @@ impl Case {
         Case::build(&source)
     }
 
+    /// The same for a user's changes, after which nothing is expected any more: see [`Source::change`].
+    ///
+    /// # Errors
+    /// Every fault at once.
+    pub fn load_changed(scene: &str, changes: &[String], limits: Limits) -> Result<Case, Problems> {
+        let mut source = Source::find_within(scene, limits)?;
+        source.change(changes)?;
+        Case::build(&source)
+    }
+
     /// Reads and checks a scene that was found.
     ///
     /// # Errors

@@ -433,3 +433,58 @@ fn without_arguments_a_capture_runs() {
         assert!(text.contains(word), "{word:?} not in {text}");
     }
 }
+
+/// A changed scene is another: what it was expected to show is no longer expected.
+#[test]
+fn the_first_example_of_the_readme_does_not_fail() {
+    let mut scene = small_capture();
+    scene["expect"] = json!({ "within": { "contact.first_contact_s": [10, 20] } });
+    let folder = with_scene(&scene);
+    let run = |arguments: &[&str]| tumblenet(folder.path(), &[&["run", "scene.json"], arguments].concat());
+    assert_eq!(run(&[]).status.code(), Some(1));
+    let changed = run(&["--set", "target.mass_kg=5"]);
+    assert_eq!(changed.status.code(), Some(0), "{}", err(&changed));
+    let expected = run(&["--set", "target.mass_kg=5", "--set", "expect.within={\"simulated_s\":[5,6]}"]);
+    assert_eq!(expected.status.code(), Some(1), "what the changes themselves expect");
+}
+
+#[test]
+fn the_example_of_the_help_changes_a_list_that_is_left_out() {
+    let mut scene = small_capture();
+    scene["target"].as_object_mut().unwrap().remove("spin_rad_s");
+    let folder = with_scene(&scene);
+    let output =
+        tumblenet(folder.path(), &["show", "scene.json", "--json", "--set", "target.spin_rad_s.0=2"]);
+    assert_eq!(output.status.code(), Some(0), "{}", err(&output));
+    let shown: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(shown["target"]["spin_rad_s"], json!([2.0, 0.0, 0.0]));
+}
+
+#[test]
+fn what_show_prints_as_json_can_be_read_back() {
+    let folder = folder();
+    let shown = tumblenet(folder.path(), &["show", "cubesat-spin-x-2.0-tube", "--json"]);
+    assert_eq!(shown.status.code(), Some(0), "{}", err(&shown));
+    std::fs::write(folder.path().join("my.json"), &shown.stdout).unwrap();
+    let again = tumblenet(folder.path(), &["show", "my.json", "--json"]);
+    assert_eq!(out(&again), out(&shown));
+}
+
+#[test]
+fn a_scene_may_name_its_schema_and_the_published_one_is_current() {
+    let folder = with_scene(&small_capture());
+    let hash = || {
+        let output = tumblenet(folder.path(), &["run", "scene.json", "--format", "json"]);
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        summary["scene_hash"].clone()
+    };
+    let plain = hash();
+    let mut scene = small_capture();
+    scene["$schema"] = json!("../assets/scene.schema.json");
+    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    assert_eq!(hash(), plain, "the same scene");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scene.schema.json");
+    let printed = out(&tumblenet(folder.path(), &["schema"]));
+    let published = std::fs::read_to_string(path).unwrap();
+    assert_eq!(published, printed, "renew it with `tumblenet schema > assets/scene.schema.json`");
+}

@@ -24,7 +24,8 @@ pub struct Arguments {
     /// Solver pairs, `joints+rapier,joints+impulse`; left out: all that the scene allows, or its own with `--vary`.
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     solvers: Option<Vec<String>>,
-    /// A variant for each value of a key: `solver.step_s=0.0005,0.001`; several are combined.
+    /// A variant for each value of a key: `solver.step_s=0.0005,0.001`, or of a range of so many:
+    /// `target.spin_rad_s.0=0:2:9`; several are combined.
     #[arg(long, value_name = "PATH=V1,V2")]
     vary: Vec<String>,
     /// Changes a value of the scene first, as `run` does.
@@ -70,10 +71,11 @@ fn at_least_zero(text: &str) -> Result<f64, String> {
 
 /// Runs the variants and writes the comparison.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    let limits = arguments.reading.limits()?;
     let mut sources = Vec::new();
     for scene in &arguments.scenes {
-        let mut source = Source::find_within(scene, arguments.reading.limits()?)?;
-        source.set(&arguments.changes)?;
+        let mut source = Source::find_within(scene, limits)?;
+        source.change(&arguments.changes)?;
         sources.push(source);
     }
     let variants = of_scenes(&sources, arguments.solvers.as_deref(), &arguments.vary)?;

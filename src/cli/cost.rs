@@ -93,7 +93,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         return print(&json(&Table::of(&studies)));
     };
     let mut source = Source::find_within(scene, arguments.reading.limits()?)?;
-    source.set(&arguments.changes)?;
+    source.change(&arguments.changes)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("cost"));
     // Checked before the folder is made, and the folder before the runs.
     Case::build(&source)?;

@@ -130,7 +130,7 @@ pub fn default_scene() -> Result<(), Error> {
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let limits = arguments.reading.limits()?;
     let case = match arguments.accuracy {
-        None => Case::load_within(&arguments.scene, &arguments.changes, limits)?,
+        None => Case::load_changed(&arguments.scene, &arguments.changes, limits)?,
         Some(accuracy) => with_accuracy(&arguments.scene, &arguments.changes, limits, accuracy)?,
     };
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
@@ -179,7 +179,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
 /// its usual place, else from the table of built-in scenes. Which it is goes to standard error.
 fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accuracy) -> Result<Case, Error> {
     let mut source = Source::find_within(scene, limits)?;
-    source.set(changes)?;
+    source.change(changes)?;
     let case = Case::build(&source)?;
     let studied = default_folder(&case).join("cost").join("cost.json");
     let own = studied.exists().then(|| cost::read(&studied)).transpose();

@@ -27,13 +27,19 @@ pub struct Arguments {
     /// results/NAME.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Prints the scene alone, as JSON that can be read again.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     reading: Reading,
 }
 
 /// Prints scene, net, target, effects and what the engine gets.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let case = Case::load_within(&arguments.scene, &arguments.changes, arguments.reading.limits()?)?;
+    let case = Case::load_changed(&arguments.scene, &arguments.changes, arguments.reading.limits()?)?;
+    if arguments.json {
+        return print(&json(&case.scene));
+    }
     let mut simulation = Simulation::new(&case);
     let census = simulation.census();
     let mut facts = table(&["a run consists of", ""]);

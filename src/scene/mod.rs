@@ -71,9 +71,24 @@ impl Source {
         problems.into_result(json.map(|json| Source { name, input: scene.to_owned(), folder, json, limits }))
     }
 
+    /// The same as [`Source::set`], for a user who makes another scene of this one: what it was expected to show
+    /// is then no longer expected, unless the changes say so.
+    ///
+    /// # Errors
+    /// As [`Source::set`].
+    pub fn change(&mut self, changes: &[String]) -> Result<(), Problems> {
+        if !changes.is_empty()
+            && let Some(map) = self.json.as_object_mut()
+        {
+            map.shift_remove("expect");
+        }
+        self.set(changes)
+    }
+
     /// Changes values, each given as `path.to.key=value` or `path.0=value` for an entry of a list.
     ///
-    /// The value is JSON, or a text where it is not; `null` removes the key.
+    /// The value is JSON, or a text where it is not; `null` removes the key. A list that is left out has the
+    /// entries of its default.
     ///
     /// # Errors
     /// A fault for every change without `=` and every path that leads nowhere.
@@ -83,6 +98,7 @@ impl Source {
             match change.split_once('=') {
                 Some((path, text)) if !path.is_empty() => {
                     let value = serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned()));
+                    self.fill_in(path);
                     if let Err(place) = set_at(&mut self.json, path, value) {
                         problems.add(path, place, "a path of keys and list positions, as in net.meshes.0");
                     }
@@ -91,6 +107,24 @@ impl Source {
             }
         }
         problems.into_result(Some(()))
+    }
+
+    /// Writes out the default of a list that is left out and whose entry `path` is to change.
+    fn fill_in(&mut self, path: &str) {
+        let Some((list, entry)) = path.rsplit_once('.') else { return };
+        if entry.parse::<usize>().is_err() || list.split('.').count() > MOST_LEVELS {
+            return;
+        }
+        let pointer = format!("/{}", list.replace('.', "/"));
+        if self.json.pointer(&pointer).is_some() {
+            return;
+        }
+        let scene: Option<Scene> = read::typed(&self.json, "", &mut Problems::new(&self.input));
+        let filled = scene.and_then(|scene| serde_json::to_value(scene).ok());
+        if let Some(default) = filled.as_ref().and_then(|filled| filled.pointer(&pointer)) {
+            // A path that leads nowhere is told when it is set.
+            set_at(&mut self.json, list, default.clone()).ok();
+        }
     }
 
     /// Reads the JSON as a scene; faults go to `problems`, with those that `check` finds in what can be read
@@ -193,6 +227,22 @@ mod tests {
             source.json,
             json!({ "net": { "meshes": [2, 7] }, "effects": {}, "solver": { "step_s": 1e-4 }, "title": "a = b" })
         );
+    }
+
+    #[test]
+    fn an_entry_of_a_list_that_is_left_out_changes_its_default() {
+        let mut source = Source::find("cubesat-free").unwrap();
+        source.json["target"].as_object_mut().unwrap().remove("spin_rad_s");
+        source.set(&["target.spin_rad_s.0=2".to_owned()]).unwrap();
+        assert_eq!(source.json["target"]["spin_rad_s"], json!([2, 0.0, 0.0]));
+        assert!(source.set(&["target.spin_rad_s.3=2".to_owned()]).is_err());
+        assert!(source.json.get("expect").is_some());
+        source.change(&[]).unwrap();
+        assert!(source.json.get("expect").is_some(), "nothing was changed");
+        source.change(&["target.mass_kg=5".to_owned()]).unwrap();
+        assert!(source.json.get("expect").is_none());
+        source.change(&["target.mass_kg=6".to_owned(), "expect.captured=false".to_owned()]).unwrap();
+        assert_eq!(source.json["expect"], json!({ "captured": false }));
     }
 
     #[test]

@@ -19,6 +19,9 @@ use crate::target::spec::TargetSpec;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "tumblenet scene")]
 pub struct Scene {
+    /// Where its JSON Schema is, for an editor that completes; nothing else comes of it.
+    #[serde(default, rename = "$schema", skip_serializing)]
+    pub schema: Option<String>,
     /// What the scene shows, in a line.
     pub title: String,
     /// Where its numbers come from: chapter, table, figure.

@@ -139,15 +139,15 @@ fn pairs(named: &[String], problems: &mut Problems) -> Vec<Choice> {
     choices
 }
 
-/// Values of one key, written `path.to.key=one,two`.
+/// Values of one key, written `path.to.key=one,two`, or as a range `first:last:count`.
 fn values(axis: &str, problems: &mut Problems) -> Vec<Choice> {
-    let rule = "PATH=V1,V2,..., as in solver.step_s=0.0005,0.001";
+    let rule = "PATH=V1,V2,..., as in solver.step_s=0.0005,0.001, or a range, target.mass_kg=1:5:9";
     let Some((path, list)) = axis.split_once('=').filter(|(path, _)| !path.is_empty()) else {
         problems.add("--vary", format!("{axis:?}"), rule);
         return Vec::new();
     };
     let mut choices = Vec::new();
-    for value in split_values(list) {
+    for value in split_values(list).into_iter().flat_map(|value| in_steps(value)) {
         if value.is_empty() {
             problems.add("--vary", format!("{axis:?}, where a value is empty"), rule);
             continue;
@@ -156,6 +156,19 @@ fn values(axis: &str, problems: &mut Problems) -> Vec<Choice> {
         add(&mut choices, Choice { label: change.clone(), changes: vec![change] }, "--vary", problems);
     }
     choices
+}
+
+/// The values of a range `first:last:count`, evenly spaced; any other value alone.
+fn in_steps(value: &str) -> Vec<String> {
+    let range = || {
+        let mut words = value.split(':');
+        let (first, last) = (words.next()?.parse::<f64>().ok()?, words.next()?.parse::<f64>().ok()?);
+        let count = words.next()?.parse::<u32>().ok().filter(|count| (2..=1000).contains(count))?;
+        (words.next().is_none() && first.is_finite() && last.is_finite()).then_some((first, last, count))
+    };
+    let Some((first, last, count)) = range() else { return vec![value.to_owned()] };
+    let share = |i: u32| f64::from(i) / f64::from(count - 1);
+    (0..count).map(|i| (first + (last - first) * share(i)).to_string()).collect()
 }
 
 /// A variant named twice would be compared with itself.
@@ -236,6 +249,16 @@ mod tests {
         assert_eq!(variants[1].label, "joints+rapier, solver.sweeps=2, launch.speed_m_s=2");
         let case = variants[3].case.as_ref().unwrap();
         assert_eq!((case.scene.solver.sweeps, case.scene.launch.speed_m_s), (4, 2.0));
+    }
+
+    #[test]
+    fn a_range_is_its_values() {
+        assert_eq!(in_steps("0:2:5"), ["0", "0.5", "1", "1.5", "2"]);
+        for other in ["0:2", "0:2:1", "0:2:x", "0:2:3:4", "a:b:3", "x", ""] {
+            assert_eq!(in_steps(other), [other]);
+        }
+        let variants = of(None, &["target.mass_kg=1:2:3"]).unwrap();
+        assert_eq!(labels(&variants), ["target.mass_kg=1", "target.mass_kg=1.5", "target.mass_kg=2"]);
     }
 
     #[test]
