@@ -145,6 +145,8 @@ pub enum Flight {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
+    /// A force that is the difference of stored energy over the step, with books for every cable: keeps energy.
+    Secant,
     /// Semi-implicit Euler: velocities first, positions with the new ones.
     Symplectic,
     /// Classical Runge-Kutta of fourth order, the source's choice.

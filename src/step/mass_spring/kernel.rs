@@ -10,13 +10,14 @@ use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
 
 use super::dopri5::Dopri5;
+use super::secant::{self, Secant};
 use crate::cable::Cable;
 use crate::net::Net;
 use crate::solver::Integrator;
 use crate::state::Knots;
 
 /// Three components, an array each.
-type Components = [Vec<f64>; 3];
+pub(super) type Components = [Vec<f64>; 3];
 
 /// The net as the kernel sees it.
 pub struct ExplicitNet {
@@ -33,16 +34,21 @@ pub struct ExplicitNet {
     strands: CableRuns,
     stages: Option<Box<RungeKuttaStages>>,
     located: Option<Box<Dopri5>>,
+    secant: Option<Box<Secant>>,
+    /// Whether velocities were changed since the last kick.
+    pushed: bool,
 }
 
 /// Cables in the order of the runs.
-struct CableRuns {
-    runs: Vec<CableRun>,
-    stiffness: Vec<f64>,
-    damping: Vec<f64>,
-    rest_length: Vec<f64>,
+pub(super) struct CableRuns {
+    pub(super) runs: Vec<CableRun>,
+    pub(super) stiffness: Vec<f64>,
+    pub(super) damping: Vec<f64>,
+    pub(super) rest_length: Vec<f64>,
+    /// What [`secant`](super::secant) weighs a debt by [1/kg].
+    pub(super) gentle: Vec<f64>,
     /// Largest tension since it was last asked for [N].
-    tension: Vec<f64>,
+    pub(super) tension: Vec<f64>,
     /// Force on the first end [N].
     pull: Components,
     /// Cable of the net at each place; none for a bridge.
@@ -50,11 +56,13 @@ struct CableRuns {
 }
 
 /// Cables `first..first + length`, from knots `a..` to knots `b..`.
-struct CableRun {
-    first: usize,
-    length: usize,
-    a: usize,
-    b: usize,
+pub(super) struct CableRun {
+    pub(super) first: usize,
+    pub(super) length: usize,
+    pub(super) a: usize,
+    pub(super) b: usize,
+    /// 0 of the lines along Y, 1 of those along Z.
+    pub(super) family: usize,
 }
 
 /// What classical RK4 keeps between its stages.
@@ -79,10 +87,14 @@ impl ExplicitNet {
             let (position, velocity) = (zeros(), zeros());
             Box::new(RungeKuttaStages { position, velocity, position_sum: zeros(), velocity_sum: zeros() })
         });
+        let strands = CableRuns::of(net, &place);
+        let secant = (integrator == Integrator::Secant).then(|| Box::new(Secant::new(&strands, n_knots)));
         let mut kernel = ExplicitNet {
             arch: Arch::new(),
             integrator,
-            strands: CableRuns::of(&net.cables, &place),
+            secant,
+            pushed: false,
+            strands,
             place,
             position: zeros(),
             velocity: zeros(),
@@ -98,12 +110,21 @@ impl ExplicitNet {
 
     /// Takes positions and velocities over from `knots`, and the forces of effects [N].
     pub fn load(&mut self, knots: &Knots, forces: &[Vector3<f64>]) {
+        let (mut moved, mut kinetic) = (false, 0.0);
         for (knot, &at) in self.place.iter().enumerate() {
             let force = forces.get(knot).copied().unwrap_or_default();
             for axis in 0..3 {
+                moved |= self.position[axis][at] != knots.position[knot][axis];
                 self.position[axis][at] = knots.position[knot][axis];
                 self.velocity[axis][at] = knots.velocity[knot][axis];
                 self.push[axis][at] = force[axis] * self.inverse_mass[at];
+            }
+            kinetic += 0.5 * knots.velocity[knot].norm_squared() / self.inverse_mass[at];
+        }
+        if let Some(secant) = &mut self.secant {
+            secant.weigh(kinetic);
+            if moved {
+                secant.displace();
             }
         }
     }
@@ -150,6 +171,7 @@ impl ExplicitNet {
 
     /// Changes the velocity of a knot by an impulse [N s].
     pub fn push(&mut self, knot: usize, impulse: &Vector3<f64>) {
+        self.pushed = true;
         let at = self.place[knot];
         for axis in 0..3 {
             self.velocity[axis][at] += impulse[axis] * self.inverse_mass[at];
@@ -158,6 +180,7 @@ impl ExplicitNet {
 
     /// Gives a knot a new velocity [m/s].
     pub fn set_velocity(&mut self, knot: usize, velocity: &Vector3<f64>) {
+        self.pushed = true;
         let at = self.place[knot];
         for axis in 0..3 {
             self.velocity[axis][at] = velocity[axis];
@@ -167,6 +190,7 @@ impl ExplicitNet {
     /// Velocities after the forces of a sub-step of `step` seconds; positions follow in `drift`.
     pub fn kick(&mut self, step: f64) {
         match self.integrator {
+            Integrator::Secant => self.kick_secant(step),
             Integrator::Symplectic => {
                 self.accelerate();
                 let (sum, term) = (&mut self.velocity, &self.acceleration);
@@ -179,8 +203,24 @@ impl ExplicitNet {
 
     /// Positions after a sub-step of `step` seconds at the velocities of its end.
     pub fn drift(&mut self, step: f64) {
+        if std::mem::take(&mut self.pushed)
+            && let Some(secant) = &mut self.secant
+        {
+            secant.displace();
+        }
         let (sum, term) = (&mut self.position, &self.velocity);
         self.arch.dispatch(AddScaled { sum, term, factor: step });
+    }
+
+    /// What the cables' dashpots took since the last call [J]; only [`Integrator::Secant`] knows.
+    pub fn take_dissipated(&mut self) -> Option<f64> {
+        self.secant.as_mut().map(|secant| std::mem::take(&mut secant.dissipated))
+    }
+
+    fn kick_secant(&mut self, step: f64) {
+        let Some(secant) = &mut self.secant else { return };
+        let moving = [&mut self.position, &mut self.velocity];
+        secant.kick(&self.arch, step, &mut self.strands, moving, &self.inverse_mass, &self.push);
     }
 
     /// Acceleration of all knots at the present positions and velocities (Eq. 3.5).
@@ -313,7 +353,12 @@ impl NullaryFnOnce for Accelerate<'_> {
 }
 
 impl CableRuns {
-    fn of(cables: &[Cable], place: &[usize]) -> CableRuns {
+    fn of(net: &Net, place: &[usize]) -> CableRuns {
+        let cables = &net.cables;
+        let n_lines = |along: usize| (net.grid[along] - 1) * net.grid[1 - along];
+        // Lines along Y stand first, all lines with as many pieces.
+        let pieces = cables.len() / (n_lines(0) + n_lines(1)).max(1);
+        let along_y = n_lines(0) * pieces;
         let mut order: Vec<(usize, usize, usize)> = cables
             .iter()
             .enumerate()
@@ -329,19 +374,23 @@ impl CableRuns {
             stiffness: Vec::new(),
             damping: Vec::new(),
             rest_length: Vec::new(),
+            gentle: Vec::new(),
             tension: Vec::new(),
             pull: Default::default(),
             cable: Vec::new(),
         };
         for (apart, a, index) in order {
-            let next = strands.runs.last().map(|run| (run.b - run.a, run.a + run.length));
+            let family = usize::from(index >= along_y);
+            let next = strands.runs.last().map(|run| ((run.family, run.b - run.a), run.a + run.length));
             match next {
-                Some((same, expected)) if same == apart && a == expected => {}
+                Some((same, expected)) if same == (family, apart) && a == expected => {}
                 // A bridge costs one cable, a new run the rest of a vector and its set-up.
-                Some((same, expected)) if same == apart && a == expected + 1 => strands.add(None, None),
+                Some((same, expected)) if same == (family, apart) && a == expected + 1 => {
+                    strands.add(None, None);
+                }
                 _ => {
                     let first = strands.cable.len();
-                    strands.runs.push(CableRun { first, length: 0, a, b: a + apart });
+                    strands.runs.push(CableRun { first, length: 0, a, b: a + apart, family });
                 }
             }
             strands.add(Some(index), Some(&cables[index]));
@@ -355,6 +404,7 @@ impl CableRuns {
         self.stiffness.push(cable.map_or(0.0, |cable| cable.stiffness));
         self.damping.push(cable.map_or(0.0, |cable| cable.damping));
         self.rest_length.push(cable.map_or(f64::INFINITY, |cable| cable.rest_length));
+        self.gentle.push(cable.map_or(1.0, secant::gentleness));
         self.tension.push(0.0);
         if let Some(run) = self.runs.last_mut() {
             run.length += 1;
@@ -375,7 +425,7 @@ impl CableRuns {
     /// T = max(0, k (r − l₀) + c ṙ) while r > l₀, along the line between the ends (Eq. 3.3).
     #[inline(always)]
     fn pull_run(&mut self, run: usize, position: &Components, velocity: &Components, force: &mut Components) {
-        let CableRun { first, length: n, a, b } = self.runs[run];
+        let CableRun { first, length: n, a, b, .. } = self.runs[run];
         let [xa, ya, za] = [&position[0][a..a + n], &position[1][a..a + n], &position[2][a..a + n]];
         let [xb, yb, zb] = [&position[0][b..b + n], &position[1][b..b + n], &position[2][b..b + n]];
         let [ua, va, wa] = [&velocity[0][a..a + n], &velocity[1][a..a + n], &velocity[2][a..a + n]];

@@ -2,6 +2,7 @@
 
 pub mod dopri5;
 pub mod kernel;
+pub mod secant;
 pub mod stability;
 
 use nalgebra::Vector3;
