@@ -8,15 +8,20 @@
 //! Within a step the momentum of a knot changes by the impulses of its contacts, of effects and of
 //! its cables, and its kinetic energy by Δp · (v⁻ + v⁺) / 2, exactly. Contact impulses are read
 //! from the engine and forces of effects are known, so what is left of Δp is the cables'. "Taken by
-//! cables" is the work against them less what they hold as elastic energy: the viscous loss of
-//! Eq. 3.3, of snaps, and what the implicit step damps.
+//! cables" is what they take by their own law where the method knows: an explicit net in flight says what
+//! its dashpots took (∫ c ṙ² dt while taut). Elsewhere it is the work against them less what they hold as
+//! elastic energy: the viscous loss of Eq. 3.3, of snaps, what the implicit step damps, and, as a negative
+//! loss, what it makes.
 //!
 //! What effects do at the ends of a step (fields) is booked by itself; the identity is that of the motion
 //! between.
 //!
-//! The residual is what contact impulses on the target and the target's own motion do not agree
-//! on: it shows an impulse misread, a turning body integrated badly, and a work term forgotten. It
-//! cannot show a cable that takes too much: compare with finer steps for that.
+//! The residual is then what a net in flight made or destroyed against its law; after that, what contact
+//! impulses on the target and the target's own motion do not agree on: an impulse misread, a turning body
+//! integrated badly, a work term forgotten. What cables make then, "created" shows.
+//!
+//! "Created" is the largest rise of all energy above any earlier minimum, looked at after every step, less
+//! what came in from outside. Nothing but an error of the method makes it.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,6 +55,12 @@ pub struct Ledger {
     pub effects: Vec<f64>,
     /// The part of it that came from outside net and target.
     pub outside: f64,
+    /// What of the work from outside, the drive's included, was positive, step by step.
+    pub put_in: f64,
+    /// Largest rise of [`Ledger::closed`] above any earlier minimum.
+    pub created: f64,
+    /// That minimum.
+    pub least: f64,
 }
 
 impl Ledger {
@@ -90,6 +101,10 @@ pub struct EnergyAudit {
     pub effect_counts: Vec<u64>,
     /// Which effects act between net and target.
     internal: Vec<bool>,
+    /// Largest strain of a cable now [-], and its first knot.
+    pub strained: (f64, usize),
+    /// Work from outside at the end of the step before [J].
+    from_outside: f64,
 }
 
 struct TargetMass {
@@ -114,10 +129,13 @@ impl EnergyAudit {
             outside_angular_impulse: Vector3::zeros(),
             effect_counts: vec![0; effects.list().len()],
             internal: effects.list().iter().map(|effect| effect.is_internal).collect(),
+            strained: (0.0, 0),
+            from_outside: 0.0,
         };
         audit.measure(state);
         audit.measure_stored(state, effects);
         audit.ledger.start = audit.ledger.mechanical();
+        audit.ledger.least = audit.ledger.start;
         audit
     }
 
@@ -132,8 +150,16 @@ impl EnergyAudit {
         self.effect_counts[index] += work.count;
     }
 
-    /// Books the step of `step` seconds that led from `before` to `after`.
-    pub fn record(&mut self, before: &State, after: &State, step: f64, effects: &mut Interactions) {
+    /// Books the step of `step` seconds that led from `before` to `after`. `by_law` is what the cables took by
+    /// their own law [J], where the method knows.
+    pub fn record(
+        &mut self,
+        before: &State,
+        after: &State,
+        step: f64,
+        effects: &mut Interactions,
+        by_law: Option<f64>,
+    ) {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
         self.measure(after);
 
@@ -165,17 +191,41 @@ impl EnergyAudit {
         self.measure_stored(after, effects);
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
         let by_cables = (self.ledger.kinetic_net - kinetic) - on_knots;
-        self.ledger.cables -= by_cables + (self.ledger.elastic - elastic);
+        let taken = -by_cables - (self.ledger.elastic - elastic);
+        self.ledger.cables += by_law.unwrap_or(taken);
+    }
+
+    /// Looks for created energy at the end of a step; the ledger's largest so far [J].
+    pub fn look_for_rise(&mut self) -> f64 {
+        let ledger = &mut self.ledger;
+        let from_outside = ledger.drive + ledger.outside;
+        ledger.put_in += (from_outside - self.from_outside).max(0.0);
+        self.from_outside = from_outside;
+        let closed = ledger.closed();
+        ledger.least = ledger.least.min(closed);
+        // One that is no number is no less than any.
+        let rise = closed - ledger.least;
+        if rise.is_nan() || rise > ledger.created {
+            ledger.created = rise;
+        }
+        ledger.created
     }
 
     fn measure(&mut self, state: &State) {
         self.measure_motion(state);
         let position = &state.knots.position;
-        self.ledger.elastic = self
-            .cables
-            .iter()
-            .map(|cable| cable.energy((position[cable.b] - position[cable.a]).norm()))
-            .sum();
+        self.strained = (0.0, 0);
+        self.ledger.elastic = 0.0;
+        for cable in &self.cables {
+            let length = (position[cable.b] - position[cable.a]).norm();
+            if length > cable.rest_length {
+                self.ledger.elastic += cable.energy(length);
+                let strain = length / cable.rest_length - 1.0;
+                if strain > self.strained.0 {
+                    self.strained = (strain, cable.a);
+                }
+            }
+        }
     }
 
     /// Measures kinetic energies.

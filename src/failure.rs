@@ -1,4 +1,4 @@
-//! A run that cannot go on: what is not a number, when, and after which stage.
+//! A run that cannot go on: what is not a number or has left all bounds, when, and after which stage.
 
 use crate::state::State;
 
@@ -35,6 +35,40 @@ pub enum Failure {
         parts: f64,
         /// The most there may be.
         most: u64,
+    },
+    /// A knot has left all bounds.
+    #[error(
+        "at {time:.6} s knot {knot} has {what} {value:.3e}, at most {allowed:e} is allowed (stage `{stage}`): the method has failed, a smaller solver.step_s may help"
+    )]
+    Bound {
+        /// Simulated time [s].
+        time: f64,
+        /// The knot.
+        knot: usize,
+        /// What is too large, with its unit.
+        what: &'static str,
+        /// Its size.
+        value: f64,
+        /// Its bound.
+        allowed: f64,
+        /// The stage after which it was found.
+        stage: &'static str,
+    },
+    /// The method made too much energy.
+    #[error(
+        "at {time:.6} s the method has created {created:.3e} of the launch energy and the work put in, at most {allowed} is allowed; knot {knot} is the fastest (stage `{stage}`): a smaller solver.step_s may help"
+    )]
+    Energy {
+        /// Simulated time [s].
+        time: f64,
+        /// The fastest knot.
+        knot: usize,
+        /// Energy created [-].
+        created: f64,
+        /// Its bound.
+        allowed: f64,
+        /// The stage after which it was found.
+        stage: &'static str,
     },
     /// The engine set a body aside.
     #[error("at {time:.6} s the engine set a body aside whose state is not a number (stage `world`)")]
@@ -83,6 +117,48 @@ impl Cuts {
         self.parts += parts;
         Ok(())
     }
+}
+
+/// Fastest that a knot may be [m/s]: a hundred times what any scene is shot with.
+const SPEED: f64 = 1e5;
+
+/// Farthest that a knot may be from the origin [m].
+const DISTANCE: f64 = 1e8;
+
+/// Largest strain of a cable [-]: rubber bears 10.
+const STRAIN: f64 = 100.0;
+
+/// Energy that the method may have created, over the launch energy and the work put in [-].
+const CREATED: f64 = 10.0;
+
+/// Checks at the end of a step that speeds, distances, the largest strain (`strained`, with its knot) and
+/// `created` energy (over its scale) are within bounds that no sound run comes near.
+///
+/// # Errors
+/// The first that is not.
+pub fn check_bounds(state: &State, strained: (f64, usize), created: f64) -> Result<(), Failure> {
+    let (time, stage) = (state.time, "step");
+    for (knot, (position, velocity)) in state.knots.position.iter().zip(&state.knots.velocity).enumerate() {
+        if velocity.norm_squared() > SPEED * SPEED {
+            let value = velocity.norm();
+            return Err(Failure::Bound { time, knot, what: "the speed [m/s]", value, allowed: SPEED, stage });
+        }
+        if position.norm_squared() > DISTANCE * DISTANCE {
+            let value = position.norm();
+            let what = "the distance from the origin [m]";
+            return Err(Failure::Bound { time, knot, what, value, allowed: DISTANCE, stage });
+        }
+    }
+    let (value, knot) = strained;
+    if value > STRAIN {
+        return Err(Failure::Bound { time, knot, what: "a cable of strain", value, allowed: STRAIN, stage });
+    }
+    if created > CREATED {
+        let speeds = state.knots.velocity.iter().map(|v| v.norm_squared()).enumerate();
+        let knot = speeds.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(knot, _)| knot);
+        return Err(Failure::Energy { time, knot, created, allowed: CREATED, stage });
+    }
+    Ok(())
 }
 
 /// Checks `state` after `stage`.

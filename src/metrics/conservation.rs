@@ -18,17 +18,29 @@ pub struct Conservation {
     /// The same of the angular momentum about the origin, over what the target had at the start plus
     /// launch momentum times the distance to the target (or the net's half diagonal) [-].
     pub angular_momentum_residual: f64,
-    /// Largest share of energy that is nowhere in the ledger, over the launch energy [-].
+    /// Energy that the method made or destroyed: in no row of the ledger, over the launch energy [-].
     pub energy_residual: f64,
-    /// Largest rise of energy between two frames that no input explains, over the launch energy [-].
+    /// Largest rise of energy between two frames that no input explains, over the launch energy [-]; it depends on
+    /// the interval of the frames.
     pub energy_rise: f64,
+    /// Largest rise of all energy above any earlier minimum, looked at after every step, less the work from
+    /// outside; over the launch energy and the work put in [-].
+    pub energy_created: f64,
     /// Kinetic, elastic and stored energy at the start [J].
     pub energy_start_j: f64,
     /// The same at the end [J].
     pub energy_end_j: f64,
 }
 
+/// Energy created from which a run is not to be believed [-].
+pub const CREATED: f64 = 1e-2;
+
 impl Conservation {
+    /// Whether the method created so much energy that the run is not to be believed.
+    pub fn is_broken(&self) -> bool {
+        self.energy_created.is_nan() || self.energy_created > CREATED
+    }
+
     /// The residuals of `run`.
     pub fn of(case: &Case, run: &Run) -> Conservation {
         let frames = &run.frames;
@@ -45,11 +57,13 @@ impl Conservation {
         let residual = largest(frames.ledger.iter().map(|l| l.residual().abs()));
         let closed: Vec<f64> = frames.ledger.iter().map(Ledger::closed).collect();
         let rise = largest(closed.windows(2).map(|pair| pair[1] - pair[0]));
+        let ledger = &frames.ledger[last];
         Conservation {
             momentum_residual: relative(momentum, momentum_scale),
             angular_momentum_residual: relative(angular, angular_scale),
             energy_residual: relative(residual, energy_scale),
             energy_rise: relative(rise, energy_scale),
+            energy_created: relative(ledger.created, energy_scale + ledger.put_in),
             energy_start_j: frames.ledger[0].mechanical(),
             energy_end_j: frames.ledger[last].mechanical(),
         }

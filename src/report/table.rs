@@ -80,7 +80,8 @@ pub fn summary(summary: &Summary) -> String {
     rows.number("momentum residual", kept.momentum_residual, "of the launch");
     rows.number("angular momentum residual", kept.angular_momentum_residual, "of scale");
     rows.number("energy residual", kept.energy_residual, "of the launch");
-    rows.number("largest energy rise", kept.energy_rise, "of the launch");
+    rows.number("largest energy rise", kept.energy_rise, "of the launch, between frames");
+    rows.number("energy created", kept.energy_created, "of the launch and the work put in");
     rows.head("cost");
     rows.number("wall time", summary.wall_s, "s");
     rows.number("simulated", summary.simulated_s, "s");

@@ -22,10 +22,19 @@
 //! ratio, the energy that semi-implicit Euler makes or loses, this method's, its parts per step): 0, 3e-2, 3e-4, 1.9;
 //! 0.003, 4e-2, 3e-4, 1.7; 0.1, 2e-2, 3e-4, 1.02; 5, -, 2e-4, 1.0. Bullets at 0.5 s and damping 0.1 are 2e-4 to 4e-4 m off.
 //!
+//! This holds for a net in flight. From the first contact or thread on the net is integrated by semi-implicit
+//! Euler, see [`ExplicitNet::drift`](super::kernel::ExplicitNet::drift).
+//!
 //! Forces of the lines along Y and of those along Z are added up apart: a net that mirrors itself then does so
 //! to the last bit.
 
+<<<<<<< HEAD
 use super::kernel::{CableRun, CableRuns, Components};
+=======
+use pulp::{Arch, NullaryFnOnce};
+
+use super::kernel::{Components, Run, Strands};
+>>>>>>> 6ba536d (Look for created energy after every step, name it before the verdict, end a run that leaves all bounds)
 use crate::cable::Cable;
 
 /// β: how much of the motion of its ends a cable's debt may take.
@@ -61,7 +70,7 @@ pub struct Secant {
     active: Vec<bool>,
     /// Forces of the lines along Y and of those along Z [N].
     force: [Components; 2],
-    debts: f64,
+    last: Last,
     parts: u32,
     /// Largest energy of the net so far [J].
     scale: f64,
@@ -70,7 +79,6 @@ pub struct Secant {
     /// Parts taken since the start, those taken back among them.
     pub n_parts: u64,
     stale: bool,
-    is_loaded: bool,
 }
 
 /// Every cable's vector between its ends [m], its length [m] and its debt [J].
@@ -86,8 +94,7 @@ impl Secant {
         let n_cables = strands.stiffness.len();
         let knots = || [(); 3].map(|()| vec![0.0; n_knots]);
         let cables = || [(); 3].map(|()| vec![0.0; n_cables]);
-        let books =
-            || Books { across: cables(), length: vec![0.0; n_cables], debt: vec![0.0; n_cables] };
+        let books = || Books { across: cables(), length: vec![0.0; n_cables], debt: vec![0.0; n_cables] };
         let n_chunks = strands.runs.iter().map(|run| run.length.div_ceil(CHUNK)).sum();
         Secant {
             now: books(),
@@ -98,17 +105,16 @@ impl Secant {
             law: vec![0.0; n_cables],
             active: vec![false; n_chunks],
             force: [knots(), knots()],
-            debts: 0.0,
+            last: Last::default(),
             parts: 1,
             scale: 0.0,
             dissipated: 0.0,
             n_parts: 0,
             stale: true,
-            is_loaded: false,
         }
     }
 
-    /// Hears that knots were moved other than by their own velocities, or velocities changed before a drift.
+    /// Hears that knots were moved other than by their own velocities.
     pub fn displace(&mut self) {
         self.stale = true;
     }
@@ -129,7 +135,7 @@ impl Secant {
         push: &Components,
     ) {
         if self.stale {
-            self.look_again(strands, position);
+            self.begin(strands, position);
         }
         let mut left = step;
         while left > 1e-9 * step {
@@ -144,12 +150,12 @@ impl Secant {
                 push,
                 step: part,
             });
-            if outcome.debts - self.debts > TOLERANCE * self.scale && self.parts < MOST {
+            if outcome.debts - self.last.debts > TOLERANCE * self.scale && self.parts < MOST {
                 self.parts *= 2;
                 continue;
             }
-            self.debts = outcome.debts;
             self.dissipated += outcome.dissipated;
+            self.last = outcome;
             std::mem::swap(position, &mut self.position);
             std::mem::swap(velocity, &mut self.velocity);
             std::mem::swap(&mut self.now, &mut self.next);
@@ -168,26 +174,25 @@ impl Secant {
         }
     }
 
+<<<<<<< HEAD
     /// Vectors and lengths from positions that others changed: what that did to the stored energy is owed.
     fn look_again(&mut self, strands: &CableRuns, position: &Components) {
+=======
+    /// Vectors and lengths at the start, where nothing is owed.
+    fn begin(&mut self, strands: &Strands, position: &Components) {
+>>>>>>> 6ba536d (Look for created energy after every step, name it before the verdict, end a run that leaves all bounds)
         for run in &strands.runs {
             for i in 0..run.length {
                 let (at, a, b) = (run.first + i, run.a + i, run.b + i);
                 let d: [f64; 3] = std::array::from_fn(|axis| position[axis][b] - position[axis][a]);
-                let length = squared(d).sqrt();
-                if self.is_loaded {
-                    let slack = strands.rest_length[at];
-                    let [old, new] = [self.now.length[at], length].map(|r| (r - slack).max(0.0));
-                    self.now.debt[at] += 0.5 * strands.stiffness[at] * (new - old) * (new + old);
-                }
-                self.now.length[at] = length;
+                self.now.length[at] = squared(d).sqrt();
                 for axis in 0..3 {
                     self.now.across[axis][at] = d[axis];
                 }
             }
         }
-        self.debts = self.now.debt.iter().map(|debt| debt.abs()).sum();
-        self.is_loaded = true;
+        self.now.debt.fill(0.0);
+        self.last = Last::default();
         self.stale = false;
     }
 }
@@ -199,9 +204,13 @@ fn squared([x, y, z]: [f64; 3]) -> f64 {
 }
 
 /// What a part of a sub-step came to.
-struct Outcome {
-    /// Sum of the sizes of all debts [J].
+#[derive(Default)]
+struct Last {
+    /// Its length [s].
+    step: f64,
+    /// Sum of the sizes of all debts at its end [J].
     debts: f64,
+    /// Taken by the dashpots in it [J].
     dissipated: f64,
 }
 
@@ -217,10 +226,10 @@ struct Part<'a> {
 }
 
 impl NullaryFnOnce for Part<'_> {
-    type Output = Outcome;
+    type Output = Last;
 
     #[inline(always)]
-    fn call(self) -> Outcome {
+    fn call(self) -> Last {
         let Part { secant, strands, position, velocity, inverse_mass, push, step } = self;
         for force in secant.force.iter_mut().flatten() {
             force.fill(0.0);
@@ -242,17 +251,7 @@ impl NullaryFnOnce for Part<'_> {
                 *x1 = x + 0.5 * step * (v + *v1);
             }
         }
-        let (mut debts, mut dissipated) = ([0.0; CHUNK], [0.0; CHUNK]);
-        chunk = 0;
-        for run in &strands.runs {
-            for start in (0..run.length).step_by(CHUNK) {
-                let piece = run.piece(start, CHUNK);
-                let active = secant.active[chunk];
-                secant.settle(&piece, strands, step, active, &mut debts, &mut dissipated);
-                chunk += 1;
-            }
-        }
-        Outcome { debts: debts.iter().sum(), dissipated: dissipated.iter().sum() }
+        secant.settle_all(strands, step)
     }
 }
 
@@ -342,6 +341,22 @@ impl Secant {
         true
     }
 
+    /// Books a part of `step` seconds that ended at `position`.
+    #[inline(always)]
+    fn settle_all(&mut self, strands: &Strands, step: f64) -> Last {
+        let (mut debts, mut dissipated) = ([0.0; CHUNK], [0.0; CHUNK]);
+        let mut chunk = 0;
+        for run in &strands.runs {
+            for start in (0..run.length).step_by(CHUNK) {
+                let piece = run.piece(start, CHUNK);
+                let active = self.active[chunk];
+                self.settle(&piece, strands, step, active, &mut debts, &mut dissipated);
+                chunk += 1;
+            }
+        }
+        Last { step, debts: debts.iter().sum(), dissipated: dissipated.iter().sum() }
+    }
+
     /// Books the part for the cables of `run`: where their ends went, what they owe, what they took.
     #[inline(always)]
     fn settle(
@@ -368,6 +383,7 @@ impl Secant {
             longest[i] = end[i] - rest_length[i];
         }
         let owed = &mut self.next.debt[cables.clone()];
+        let (debt, length) = (&self.now.debt[cables.clone()], &self.now.length[cables.clone()]);
         // Neighbours may have pulled a resting cable taut.
         if !active && longest.iter().all(|stretch| *stretch <= 0.0) {
             owed.fill(0.0);
@@ -375,7 +391,6 @@ impl Secant {
         }
         let [px, py, pz] = slices(&self.pull, first, n);
         let [dx, dy, dz] = slices(&self.now.across, first, n);
-        let (length, debt) = (&self.now.length[cables.clone()], &self.now.debt[cables.clone()]);
         let (stiffness, damping) = (&strands.stiffness[cables.clone()], &strands.damping[cables]);
         let over_step = 1.0 / step;
         let forgiven = FORGIVEN * self.scale;

@@ -218,7 +218,7 @@ impl Entry {
             let safe = step::method(&explicit).limits(&demands).safe;
             let wanted = self.value * stable_step(&case.net);
             let step = two_digits(if wanted > safe && case.target.is_some() { safe } else { wanted });
-            let mut changes = explicit_changes(Integrator::Secant, step);
+            let mut changes = explicit_changes(Integrator::Symplectic, step);
             // A response of its own stays what the scene says.
             changes.retain(|change| {
                 case.scene.solver.contact == ContactModel::Rapier || !change.starts_with("solver.contact=")

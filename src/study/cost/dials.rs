@@ -173,7 +173,7 @@ pub fn explicit_changes(integrator: Integrator, step: f64) -> Vec<String> {
 fn explicit(dials: &mut Dials<'_>, base: &Case) {
     let stable = stable_step(&base.net);
     for (integrator, family, name) in [
-        (Integrator::Secant, "explicit, secant", "explicit"),
+        (Integrator::Symplectic, "explicit, symplectic", "explicit"),
         (Integrator::Rk4, "explicit, Runge-Kutta", "RK4"),
     ] {
         for share in SHARES {
