@@ -20,6 +20,12 @@ pub struct Frames {
     pub time: Vec<f64>,
     /// Positions of the knots [m], T × K.
     pub knots: Vec<Vec<Vector3<f64>>>,
+    /// Velocities of the knots [m/s], T × K.
+    pub velocities: Vec<Vec<Vector3<f64>>>,
+    /// Largest tension of each cable since the frame before [N], T × C.
+    pub tensions: Vec<Vec<f64>>,
+    /// Sum of the contact impulses on each knot since the frame before [N s], T × K.
+    pub contact_impulses: Vec<Vec<Vector3<f64>>>,
     /// The target, T, or nothing without one.
     pub target: Vec<Body>,
     /// The chaser, T, or nothing without a free one.
@@ -211,6 +217,8 @@ struct Recorder {
     /// Largest values since the last frame.
     tension: f64,
     impulse: f64,
+    tensions: Vec<f64>,
+    contact_impulses: Vec<Vector3<f64>>,
 }
 
 impl Recorder {
@@ -222,6 +230,8 @@ impl Recorder {
             bullets: case.net.bullets,
             tension: 0.0,
             impulse: 0.0,
+            tensions: vec![0.0; case.net.cables.len()],
+            contact_impulses: vec![Vector3::zeros(); case.net.n_knots()],
         };
         recorder.mouth_area.push(recorder.area(&case.net.folded));
         recorder
@@ -240,10 +250,14 @@ impl Recorder {
                 self.extremes.first_contact.get_or_insert(state.time);
             }
             self.impulse = self.impulse.max(contact.impulse);
+            for (knot, share) in contact.bearers() {
+                self.contact_impulses[knot] += share * contact.impulse_on_knot();
+            }
             self.extremes.penetration = self.extremes.penetration.max(-contact.gap);
         }
-        for (cable, &tension) in case.net.cables.iter().zip(&state.tension) {
+        for (index, (cable, &tension)) in case.net.cables.iter().zip(&state.tension).enumerate() {
             if tension > 0.0 {
+                self.tensions[index] = self.tensions[index].max(tension);
                 self.tension = self.tension.max(tension);
                 let extremes = &mut self.extremes;
                 extremes.strain = extremes.strain.max(tension / (cable.stiffness * cable.rest_length));
@@ -260,6 +274,11 @@ impl Recorder {
         frames.readings.push(readings);
         frames.time.push(state.time);
         frames.knots.push(state.knots.position.clone());
+        frames.velocities.push(state.knots.velocity.clone());
+        frames.tensions.push(self.tensions.clone());
+        frames.contact_impulses.push(self.contact_impulses.clone());
+        self.tensions.fill(0.0);
+        self.contact_impulses.fill(Vector3::zeros());
         frames.target.extend(state.target);
         frames.chaser.extend(state.chaser.map(|chaser| chaser.body));
         frames.ledger.push(simulation.audit.ledger.clone());

@@ -262,7 +262,7 @@ impl Mechanism {
         self.lines.iter().map(|line| line.winch.stored()).sum()
     }
 
-    /// What the winches have done together: works and times add up, tensions and excesses (over the
+    /// What the winches have done together: works add up, tensions, times and excesses (over the
     /// full length of their thread [-]) are the largest.
     pub fn tally(&self) -> WinchRecord {
         self.lines.iter().fold(
@@ -270,7 +270,7 @@ impl Mechanism {
             |sum, Line { winch: Winch { tally, .. }, full_length, .. }| WinchRecord {
                 work: sum.work + tally.work,
                 tension: sum.tension.max(tally.tension),
-                time_at_limit: sum.time_at_limit + tally.time_at_limit,
+                time_at_limit: sum.time_at_limit.max(tally.time_at_limit),
                 excess: sum.excess.max(tally.excess / full_length),
                 limit_overshoot: sum.limit_overshoot.max(tally.limit_overshoot / full_length),
             },

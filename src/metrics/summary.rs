@@ -103,7 +103,8 @@ pub struct TargetSummary {
     pub displacement_m: [f64; 3],
     /// Angular velocity at the end, body frame [rad/s].
     pub spin_rad_s: [f64; 3],
-    /// Largest change of the angular velocity, local frame, while free of other torques [rad/s]; null for a held target.
+    /// Largest change of the angular velocity by contact and fields: the change of the angular momentum over the
+    /// inertia, so that a tumble that nothing touches has none [rad/s]; null for a held target.
     pub max_rate_change_rad_s: Option<f64>,
 }
 
@@ -127,7 +128,7 @@ pub struct ClosingSummary {
     pub max_limit_overshoot: f64,
     /// Largest tension of a thread [N].
     pub max_tension_n: f64,
-    /// Time at the tension limit [s].
+    /// Time at the tension limit, of the thread that was longest there [s].
     pub time_at_limit_s: f64,
     /// Work of the winches, tension times length reeled in [J].
     pub winch_work_j: f64,
@@ -299,7 +300,13 @@ impl Summary {
 fn target_summary(case: &Case, run: &Run) -> Option<TargetSummary> {
     let target = case.target.as_ref()?;
     let (first, last) = (run.frames.target.first()?, run.frames.target.last()?);
-    let change = |body: &crate::state::Body| (body.rate - first.rate).norm();
+    // By the change of angular momentum: a body that tumbles freely changes its rate, and nothing turned it.
+    let start = first.angular_momentum(&target.inertia);
+    let inverse = target.inertia.try_inverse().unwrap_or_default();
+    let change = |body: &crate::state::Body| {
+        let moment = body.angular_momentum(&target.inertia) - start;
+        (inverse * body.attitude.inverse_transform_vector(&moment)).norm()
+    };
     Some(TargetSummary {
         displacement_m: (last.position - first.position).into(),
         spin_rad_s: last.spin().into(),

@@ -169,26 +169,43 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
     Ok(())
 }
 
-/// `t` [T], `knots` [T, K, 3], `target_position` [T, 3], `target_attitude` [T, 4], of a free chaser the same,
-/// `cables` [C, 2].
+/// What `units` says of each array, as JSON.
+const UNITS: &str = r#"{"t": "s", "knots": "m", "velocities": "m/s", "tensions": "N, largest since the frame before",
+"contact_impulses": "N s, on each knot since the frame before", "cables": "the two knots of each",
+"target_position": "m", "target_attitude": "w, x, y, z: local frame from body frame", "target_velocity": "m/s",
+"target_rate": "rad/s, local frame", "chaser_position": "m", "chaser_attitude": "as the target's",
+"chaser_velocity": "m/s", "chaser_rate": "rad/s, local frame",
+"threads": "the columns that series.csv has of the threads, by the same names in thread_names"}"#;
+
+/// `t` [T], `knots`, `velocities` and `contact_impulses` [T, K, 3], `tensions` [T, C], `cables` [C, 2]; of a target
+/// and of a free chaser `_position`, `_velocity` and `_rate` [T, 3] and `_attitude` [T, 4]; of threads
+/// `threads` [T, N]. `units` and `thread_names` are text, a byte an entry.
 fn trajectory(
     file: impl Write + std::io::Seek,
     case: &Case,
     run: &Run,
 ) -> Result<(), ndarray_npy::WriteNpzError> {
     let frames = &run.frames;
-    let (n_frames, n_knots) = (frames.time.len(), case.net.n_knots());
+    let n_frames = frames.time.len();
     let mut npz = NpzWriter::new(file);
     npz.add_array("t", &Array1::from(frames.time.clone()))?;
-    let knots =
-        Array3::from_shape_fn((n_frames, n_knots, 3), |(frame, knot, axis)| frames.knots[frame][knot][axis]);
-    npz.add_array("knots", &knots)?;
+    npz.add_array("knots", &of_knots(&frames.knots))?;
+    npz.add_array("velocities", &of_knots(&frames.velocities))?;
+    npz.add_array("contact_impulses", &of_knots(&frames.contact_impulses))?;
+    npz.add_array("tensions", &of_numbers(&frames.tensions))?;
     for (name, bodies) in [("target", &frames.target), ("chaser", &frames.chaser)] {
         if bodies.is_empty() {
             continue;
         }
-        let position = Array2::from_shape_fn((n_frames, 3), |(frame, axis)| bodies[frame].position[axis]);
-        npz.add_array(format!("{name}_position"), &position)?;
+        let parts: [(&str, fn(&Body) -> Vector3<f64>); 3] = [
+            ("position", |body| body.position),
+            ("velocity", |body| body.velocity),
+            ("rate", |body| body.rate),
+        ];
+        for (part, of) in parts {
+            let vectors = Array2::from_shape_fn((n_frames, 3), |(frame, axis)| of(&bodies[frame])[axis]);
+            npz.add_array(format!("{name}_{part}"), &vectors)?;
+        }
         let attitude = Array2::from_shape_fn((n_frames, 4), |(frame, part)| {
             let q = bodies[frame].attitude.quaternion();
             [q.w, q.i, q.j, q.k][part]
@@ -200,8 +217,26 @@ fn trajectory(
         [cables[cable].a as i64, cables[cable].b as i64][end]
     });
     npz.add_array("cables", &ends)?;
+    let text = |text: &str| Array1::from(text.as_bytes().to_vec());
+    if !run.reading_names.is_empty() {
+        npz.add_array("threads", &of_numbers(&frames.readings))?;
+        npz.add_array("thread_names", &text(&run.reading_names.join(",")))?;
+    }
+    npz.add_array("units", &text(UNITS))?;
     npz.finish()?;
     Ok(())
+}
+
+/// Vectors of every knot in every frame.
+fn of_knots(frames: &[Vec<Vector3<f64>>]) -> Array3<f64> {
+    let n_knots = frames.first().map_or(0, Vec::len);
+    Array3::from_shape_fn((frames.len(), n_knots, 3), |(frame, knot, axis)| frames[frame][knot][axis])
+}
+
+/// As many numbers in every frame.
+fn of_numbers(frames: &[Vec<f64>]) -> Array2<f64> {
+    let n = frames.first().map_or(0, Vec::len);
+    Array2::from_shape_fn((frames.len(), n), |(frame, i)| frames[frame][i])
 }
 
 /// The run in motion: what the replay page shows of it.
