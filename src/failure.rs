@@ -56,7 +56,7 @@ pub enum Failure {
     },
     /// The method made too much energy.
     #[error(
-        "at {time:.6} s the method has created {created:.3e} of the launch energy and the work put in, at most {allowed} is allowed; knot {knot} is the fastest (stage `{stage}`): a smaller solver.step_s may help"
+        "at {time:.6} s the method has created {created:.3e} of the energy at the start and the work put in, at most {allowed} is allowed; knot {knot} is the fastest (stage `{stage}`): a smaller solver.step_s may help"
     )]
     Energy {
         /// Simulated time [s].
@@ -128,8 +128,9 @@ const DISTANCE: f64 = 1e8;
 /// Largest strain of a cable [-]: rubber bears 10.
 const STRAIN: f64 = 100.0;
 
-/// Energy that the method may have created, over the launch energy and the work put in [-].
-const CREATED: f64 = 10.0;
+/// Energy that the method may have created, over the energy at the start and the work put in [-]: known failures of
+/// hard cases make some thousands, and are to be seen to their end.
+const CREATED: f64 = 1e6;
 
 /// Checks at the end of a step that speeds, distances, the largest strain (`strained`, with its knot) and
 /// `created` energy (over its scale) are within bounds that no sound run comes near.

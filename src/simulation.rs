@@ -6,22 +6,12 @@ use nalgebra::Vector3;
 
 use crate::audit::EnergyAudit;
 use crate::case::Case;
-<<<<<<< HEAD
-use crate::failure::Failure;
+use crate::failure::{self, Failure};
 use crate::interaction::{Half, Interaction, Interactions, Report};
 use crate::state::{Body, Knots, State};
 use crate::step;
 use crate::step::stepper::{StepReport, Stepper};
 use crate::target::Target;
-=======
-use crate::closing::Mechanism;
-use crate::effects::Effect;
-use crate::effects::closing::Report;
-use crate::failure::{self, Failure};
-use crate::options::Setting;
-use crate::state::{Body, Contact, Knots, State};
-use crate::step::{Method, Pull};
->>>>>>> 6ba536d (Look for created energy after every step, name it before the verdict, end a run that leaves all bounds)
 use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -99,11 +89,7 @@ impl Simulation {
         self.record();
 
         // The other half of the kick, where the knots are now.
-<<<<<<< HEAD
         self.half_kick(Half::Second);
-        Ok(())
-=======
-        self.close();
         self.look_at_bounds()
     }
 
@@ -111,9 +97,8 @@ impl Simulation {
     /// A run that has left all bounds.
     fn look_at_bounds(&mut self) -> Result<(), Failure> {
         let created = self.audit.look_for_rise();
-        let scale = self.launch_energy + self.audit.ledger.put_in;
+        let scale = (self.audit.ledger.start + self.audit.ledger.put_in).max(f64::MIN_POSITIVE);
         failure::check_bounds(&self.state, self.audit.strained, created / scale)
->>>>>>> 6ba536d (Look for created energy after every step, name it before the verdict, end a run that leaves all bounds)
     }
 
     fn half_kick(&mut self, half: Half) {
@@ -143,13 +128,7 @@ impl Simulation {
 
     fn record(&mut self) {
         let mut clock = Clock::start();
-<<<<<<< HEAD
-        self.audit.record(&self.before, &self.state, self.step, &mut self.effects);
-=======
-        let by_law = self.method.take_cable_loss();
-        self.audit.record(&self.before, &self.state, &mut self.effects, &mut self.effect_times, by_law);
-        self.method.hear_gain((self.audit.ledger.own() - energy) / self.launch_energy);
->>>>>>> 6ba536d (Look for created energy after every step, name it before the verdict, end a run that leaves all bounds)
+        self.audit.record(&self.before, &self.state, self.step, &mut self.effects, self.report.cable_loss);
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);

@@ -16,7 +16,8 @@ fn net(cables: &str, n: u32, damping: f64, speed: f64, duration: f64) -> Case {
                  "cable": { "material": "kevlar", "diameter_m": 0.001, "damping_ratio": damping },
                  "fold": { "scheme": "scaled", "ratio": 0.05 } },
         "launch": { "speed_m_s": speed, "angle_deg": 55.0 },
-        "solver": { "cables": cables, "contact": if cables == "joints" { "rapier" } else { "impulse" } }
+        "solver": { "cables": cables, "integrator": "secant",
+                    "contact": if cables == "joints" { "rapier" } else { "impulse" } }
     }))
 }
 
@@ -93,8 +94,8 @@ fn rebound(cables: &str, damping: f64) -> f64 {
         "launch": { "speed_m_s": 10.0, "angle_deg": 55.0 },
         "output": { "sample_s": 0.001 }
     });
-    scene["solver"] =
-        json!({ "cables": cables, "contact": if cables == "joints" { "rapier" } else { "impulse" } });
+    scene["solver"] = json!({ "cables": cables, "integrator": "secant",
+                    "contact": if cables == "joints" { "rapier" } else { "impulse" } });
     let case = case_of(scene);
     let run = common::run(&case);
     let outward: Vec<f64> = run.frames.knots.iter().map(|knots| -knots[0].y).collect();

@@ -38,6 +38,8 @@ pub struct StepReport {
     pub energy_error: Option<f64>,
     /// Times the step was taken back and cut.
     pub cuts: u32,
+    /// What cables took by their own law [J], where the method knows.
+    pub cable_loss: Option<f64>,
 }
 
 /// A method before it is built.

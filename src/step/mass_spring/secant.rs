@@ -28,13 +28,9 @@
 //! Forces of the lines along Y and of those along Z are added up apart: a net that mirrors itself then does so
 //! to the last bit.
 
-<<<<<<< HEAD
-use super::kernel::{CableRun, CableRuns, Components};
-=======
 use pulp::{Arch, NullaryFnOnce};
 
-use super::kernel::{Components, Run, Strands};
->>>>>>> 6ba536d (Look for created energy after every step, name it before the verdict, end a run that leaves all bounds)
+use super::kernel::{CableRun, CableRuns, Components};
 use crate::cable::Cable;
 
 /// β: how much of the motion of its ends a cable's debt may take.
@@ -174,13 +170,8 @@ impl Secant {
         }
     }
 
-<<<<<<< HEAD
-    /// Vectors and lengths from positions that others changed: what that did to the stored energy is owed.
-    fn look_again(&mut self, strands: &CableRuns, position: &Components) {
-=======
     /// Vectors and lengths at the start, where nothing is owed.
-    fn begin(&mut self, strands: &Strands, position: &Components) {
->>>>>>> 6ba536d (Look for created energy after every step, name it before the verdict, end a run that leaves all bounds)
+    fn begin(&mut self, strands: &CableRuns, position: &Components) {
         for run in &strands.runs {
             for i in 0..run.length {
                 let (at, a, b) = (run.first + i, run.a + i, run.b + i);
@@ -206,8 +197,6 @@ fn squared([x, y, z]: [f64; 3]) -> f64 {
 /// What a part of a sub-step came to.
 #[derive(Default)]
 struct Last {
-    /// Its length [s].
-    step: f64,
     /// Sum of the sizes of all debts at its end [J].
     debts: f64,
     /// Taken by the dashpots in it [J].
@@ -260,7 +249,13 @@ impl CableRun {
     #[inline(always)]
     fn piece(&self, start: usize, length: usize) -> CableRun {
         let length = length.min(self.length - start);
-        CableRun { first: self.first + start, length, a: self.a + start, b: self.b + start, family: self.family }
+        CableRun {
+            first: self.first + start,
+            length,
+            a: self.a + start,
+            b: self.b + start,
+            family: self.family,
+        }
     }
 }
 
@@ -343,7 +338,7 @@ impl Secant {
 
     /// Books a part of `step` seconds that ended at `position`.
     #[inline(always)]
-    fn settle_all(&mut self, strands: &Strands, step: f64) -> Last {
+    fn settle_all(&mut self, strands: &CableRuns, step: f64) -> Last {
         let (mut debts, mut dissipated) = ([0.0; CHUNK], [0.0; CHUNK]);
         let mut chunk = 0;
         for run in &strands.runs {
@@ -354,7 +349,7 @@ impl Secant {
                 chunk += 1;
             }
         }
-        Last { step, debts: debts.iter().sum(), dissipated: dissipated.iter().sum() }
+        Last { debts: debts.iter().sum(), dissipated: dissipated.iter().sum() }
     }
 
     /// Books the part for the cables of `run`: where their ends went, what they owe, what they took.

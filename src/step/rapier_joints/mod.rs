@@ -435,7 +435,7 @@ impl Stepper for RapierJoints {
         }
         let energy_error = self.energy_error(start, before, state);
         self.iterations.adapt(energy_error / self.launch_energy);
-        Ok(StepReport { energy_error: Some(energy_error), cuts })
+        Ok(StepReport { energy_error: Some(energy_error), cuts, cable_loss: None })
     }
 
     fn take_velocities(&mut self, state: &State) {
