@@ -7,8 +7,10 @@
 //! | cables go through the target, and `cable_contact` is not named | after |
 //! | a cable bore more than its breaking tension | after |
 //! | a bullet left the reach of the scene | after |
+//! | the method created energy | after |
 
 use super::capture::Curves;
+use super::conservation::Conservation;
 use crate::case::Case;
 use crate::run::Run;
 use crate::target::Target;
@@ -37,6 +39,14 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
         ));
     }
     warnings.extend(out_of_reach(case, run));
+    let kept = Conservation::of(case, run);
+    if kept.is_broken() {
+        warnings.push(format!(
+            "the method created {:.1e} of the launch energy and the work put in: this run is not to be believed, try a \
+             smaller solver.step_s",
+            kept.energy_created
+        ));
+    }
     warnings
 }
 
