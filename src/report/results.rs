@@ -197,12 +197,12 @@ fn trajectory(
         if bodies.is_empty() {
             continue;
         }
-        let parts: [(&str, fn(&Body) -> Vector3<f64>); 3] = [
-            ("position", |body| body.position),
-            ("velocity", |body| body.velocity),
-            ("rate", |body| body.rate),
-        ];
-        for (part, of) in parts {
+        for part in ["position", "velocity", "rate"] {
+            let of = |body: &Body| match part {
+                "position" => body.position,
+                "velocity" => body.velocity,
+                _ => body.rate,
+            };
             let vectors = Array2::from_shape_fn((n_frames, 3), |(frame, axis)| of(&bodies[frame])[axis]);
             npz.add_array(format!("{name}_{part}"), &vectors)?;
         }

@@ -44,11 +44,11 @@ impl Bare {
     pub fn step(&mut self) {
         self.before.clone_from(&self.state);
         let Bare { state, stepper, nothing, work, .. } = self;
-        stepper.step(&self.before, state, nothing, work).expect("numbers");
+        let report = stepper.step(&self.before, state, nothing, work).expect("numbers");
         self.state.step += 1;
         self.state.time = self.state.step as f64 * self.step;
         let mut clock = Clock::start();
-        self.audit.record(&self.before, &self.state, self.step, &mut self.nothing);
+        self.audit.record(&self.before, &self.state, self.step, &mut self.nothing, report.cable_loss);
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);

@@ -177,8 +177,8 @@ impl Secant {
                 let (at, a, b) = (run.first + i, run.a + i, run.b + i);
                 let d: [f64; 3] = std::array::from_fn(|axis| position[axis][b] - position[axis][a]);
                 self.now.length[at] = squared(d).sqrt();
-                for axis in 0..3 {
-                    self.now.across[axis][at] = d[axis];
+                for (across, d) in self.now.across.iter_mut().zip(d) {
+                    across[at] = d;
                 }
             }
         }

@@ -147,7 +147,7 @@ fn values(axis: &str, problems: &mut Problems) -> Vec<Choice> {
         return Vec::new();
     };
     let mut choices = Vec::new();
-    for value in split_values(list).into_iter().flat_map(|value| in_steps(value)) {
+    for value in split_values(list).into_iter().flat_map(in_steps) {
         if value.is_empty() {
             problems.add("--vary", format!("{axis:?}, where a value is empty"), rule);
             continue;
