@@ -211,6 +211,13 @@ impl EnergyAudit {
         ledger.created
     }
 
+    /// What created energy is set against [J]: the energy at the start and the work put in; of a scene at rest, where
+    /// both are nothing, that of the net at a millimetre a second.
+    pub fn energy_scale(&self) -> f64 {
+        let at_rest = 0.5e-6 * self.net_mass.iter().sum::<f64>();
+        (self.ledger.start + self.ledger.put_in).max(at_rest)
+    }
+
     fn measure(&mut self, state: &State) {
         self.measure_motion(state);
         let position = &state.knots.position;

@@ -97,8 +97,7 @@ impl Simulation {
     /// A run that has left all bounds.
     fn look_at_bounds(&mut self) -> Result<(), Failure> {
         let created = self.audit.look_for_rise();
-        let scale = (self.audit.ledger.start + self.audit.ledger.put_in).max(f64::MIN_POSITIVE);
-        failure::check_bounds(&self.state, self.audit.strained, created / scale)
+        failure::check_bounds(&self.state, self.audit.strained, created / self.audit.energy_scale())
     }
 
     fn half_kick(&mut self, half: Half) {

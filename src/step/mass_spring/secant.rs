@@ -137,7 +137,7 @@ impl Secant {
         while left > 1e-9 * step {
             let part = (step / f64::from(self.parts)).min(left);
             self.n_parts += 1;
-            let outcome = arch.dispatch(Part {
+            let outcome = arch.dispatch(SecantPart {
                 secant: self,
                 strands,
                 position,
@@ -204,7 +204,7 @@ struct Last {
 }
 
 /// A part of a sub-step, for the widest vectors of the processor.
-struct Part<'a> {
+struct SecantPart<'a> {
     secant: &'a mut Secant,
     strands: &'a CableRuns,
     position: &'a Components,
@@ -214,12 +214,12 @@ struct Part<'a> {
     step: f64,
 }
 
-impl NullaryFnOnce for Part<'_> {
+impl NullaryFnOnce for SecantPart<'_> {
     type Output = Last;
 
     #[inline(always)]
     fn call(self) -> Last {
-        let Part { secant, strands, position, velocity, inverse_mass, push, step } = self;
+        let SecantPart { secant, strands, position, velocity, inverse_mass, push, step } = self;
         for force in secant.force.iter_mut().flatten() {
             force.fill(0.0);
         }
