@@ -5,6 +5,7 @@
 use nalgebra::Vector3;
 use tumblenet::audit::EnergyAudit;
 use tumblenet::case::Case;
+use tumblenet::failure;
 use tumblenet::interaction::Interactions;
 use tumblenet::simulation::Simulation;
 use tumblenet::state::State;
@@ -52,6 +53,8 @@ impl Bare {
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);
+        let created = self.audit.look_for_rise() / self.audit.energy_scale();
+        failure::check_bounds(&self.state, self.audit.strained, created).expect("within bounds");
     }
 
     /// Positions of the knots.
