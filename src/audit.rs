@@ -103,6 +103,8 @@ pub struct EnergyAudit {
     internal: Vec<bool>,
     /// Largest strain of a cable now [-], and its first knot.
     pub strained: (f64, usize),
+    /// Energy of net and target at the start, without what effects store [J].
+    moving_at_start: f64,
     /// Work from outside at the end of the step before [J].
     from_outside: f64,
 }
@@ -131,11 +133,13 @@ impl EnergyAudit {
             internal: effects.list().iter().map(|effect| effect.is_internal).collect(),
             strained: (0.0, 0),
             from_outside: 0.0,
+            moving_at_start: 0.0,
         };
         audit.measure(state);
         audit.measure_stored(state, effects);
         audit.ledger.start = audit.ledger.mechanical();
         audit.ledger.least = audit.ledger.start;
+        audit.moving_at_start = audit.ledger.start - audit.ledger.stored;
         audit
     }
 
@@ -211,11 +215,11 @@ impl EnergyAudit {
         ledger.created
     }
 
-    /// What created energy is set against [J]: the energy at the start and the work put in; of a scene at rest, where
-    /// both are nothing, that of the net at a millimetre a second.
+    /// What created energy is set against [J]: the energy of net and target at the start, without what fields store,
+    /// whose zero is anywhere, and the work put in; of a scene at rest that of the net at a millimetre a second.
     pub fn energy_scale(&self) -> f64 {
         let at_rest = 0.5e-6 * self.net_mass.iter().sum::<f64>();
-        (self.ledger.start + self.ledger.put_in).max(at_rest)
+        (self.moving_at_start + self.ledger.put_in).max(at_rest)
     }
 
     fn measure(&mut self, state: &State) {

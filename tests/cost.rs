@@ -88,7 +88,7 @@ fn a_study_measures_every_dial_against_the_reference() {
         assert_eq!(one.cost.is_some(), other.cost.is_some(), "{}", one.label);
     }
     let measured = found.settings.iter().filter(|one| one.worth.is_some()).count();
-    assert!(measured >= 12, "{measured} settings"); // measured MEASURED_SETTINGS
+    assert!(measured >= 12, "{measured} settings");
 }
 
 /// A dial turned the wrong way is said to be: momentum residuals of 1e-6 and 3e-15.

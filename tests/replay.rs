@@ -86,8 +86,8 @@ fn a_replay_opens_in_a_browser_without_complaint() {
     let (early, late) = (scene_pixels(&early), scene_pixels(&late));
     for pixels in [&early, &late] {
         let colours: HashSet<&[u8; 3]> = pixels.iter().collect();
-        assert!(colours.len() > 200, "a blank scene of {} colours", colours.len()); // measured MEASURE
+        assert!(colours.len() > 200, "a blank scene of {} colours", colours.len());
     }
     let moved = early.iter().zip(&late).filter(|(a, b)| a != b).count();
-    assert!(moved > 1000, "{moved} pixels changed between 0.2 s and 0.9 s"); // measured MEASURE
+    assert!(moved > 1000, "{moved} pixels changed between 0.2 s and 0.9 s");
 }
