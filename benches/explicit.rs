@@ -17,13 +17,13 @@ fn substep(bench: &mut Criterion) {
             "expect=null".to_owned(),
         ];
         let Ok(case) = Case::load("deployment-kevlar", &changes) else { continue };
-        let mut net = ExplicitNet::new(&case.net, Integrator::Symplectic, 1e-9);
-        let step = SAFE * stable_step(&case.net);
+        let mut net = ExplicitNet::new(case.net(), Integrator::Symplectic, 1e-9);
+        let step = SAFE * stable_step(case.net());
         for _ in 0..1000 {
             net.kick(step);
             net.drift(step);
         }
-        group.throughput(Throughput::Elements(case.net.cables.len() as u64));
+        group.throughput(Throughput::Elements(case.net().cables.len() as u64));
         group.bench_function(format!("{0} x {0} knots, per cable", meshes + 1), |bencher| {
             bencher.iter(|| {
                 net.kick(black_box(step));

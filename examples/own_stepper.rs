@@ -75,7 +75,7 @@ pub fn apart(duration_s: f64) -> Result<f64, Box<dyn std::error::Error>> {
     let changes = ["expect=null", "solver.cables=explicit", "solver.contact=impulse"].map(str::to_owned);
     let duration = format!("duration_s={duration_s}");
     let case = Case::load("deployment-kevlar", &changes.into_iter().chain([duration]).collect::<Vec<_>>())?;
-    let own = PointMasses { net: case.net.clone(), time_step: case.time_step };
+    let own = PointMasses { net: case.net().clone(), time_step: case.time_step() };
     let mut pair = [Simulation::new(&case), Simulation::stepped_by(&case, Box::new(own), Vec::new())];
     for _ in 0..case.n_steps() {
         for simulation in &mut pair {

@@ -32,7 +32,7 @@ pub fn run(seconds: f64) -> Result<Seen, Box<dyn std::error::Error>> {
         simulation.step()?;
         let state = &mut simulation.state;
         let target = state.target.map_or(0.0, |target| target.position.x);
-        let past = case.net.bullets.iter().all(|&bullet| state.knots.position[bullet].x > target);
+        let past = case.net().bullets.iter().all(|&bullet| state.knots.position[bullet].x > target);
         if past && seen.started.is_none() {
             seen.started = Some(state.time);
         }

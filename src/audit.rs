@@ -23,6 +23,8 @@
 //! "Created" is the largest rise of all energy above any earlier minimum, looked at after every step, less
 //! what came in from outside. Nothing but an error of the method makes it.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::cable::Cable;
@@ -89,7 +91,7 @@ impl Ledger {
 /// Keeps the ledger and the momenta of a run.
 pub struct EnergyAudit {
     net_mass: Vec<f64>,
-    cables: Vec<Cable>,
+    cables: Arc<[Cable]>,
     target: Option<TargetMass>,
     /// The ledger so far.
     pub ledger: Ledger,
@@ -120,7 +122,7 @@ impl EnergyAudit {
     pub fn start(net: &Net, target: Option<&Target>, effects: &mut Interactions, state: &State) -> Self {
         let mut audit = EnergyAudit {
             net_mass: net.mass.clone(),
-            cables: net.cables.clone(),
+            cables: Arc::clone(&net.cables),
             target: target.map(|target| TargetMass {
                 mass: target.mass,
                 inertia: target.inertia,
@@ -227,7 +229,7 @@ impl EnergyAudit {
         let position = &state.knots.position;
         self.strained = (0.0, 0);
         self.ledger.elastic = 0.0;
-        for cable in &self.cables {
+        for cable in self.cables.iter() {
             let length = (position[cable.b] - position[cable.a]).norm();
             if length > cable.rest_length {
                 self.ledger.elastic += cable.energy(length);

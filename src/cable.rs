@@ -50,7 +50,12 @@ impl Cable {
         if length <= self.rest_length {
             return 0.0; // slack
         }
-        (self.stiffness * (length - self.rest_length) + self.damping * stretch_rate).max(0.0)
+        self.taut_force(length, stretch_rate).max(0.0)
+    }
+
+    /// What a taut cable's spring and dashpot give together, k (r − l₀) + c ṙ [N]; below zero it would push.
+    pub fn taut_force(&self, length: f64, stretch_rate: f64) -> f64 {
+        self.stiffness * (length - self.rest_length) + self.damping * stretch_rate
     }
 
     /// Elastic energy [J]: U = k (r − l₀)² / 2 while r > l₀, else 0.

@@ -1,8 +1,9 @@
 //! A case: a scene that was checked, with its net and target built.
 //!
-//! A `Case` is built only when every check has passed. Its fields are open to studies and tests that change a net
-//! or a step by hand: these answer for what they change, nothing is checked again.
+//! A `Case` is built only when every check has passed. What is changed afterwards, by studies and tests that bring
+//! their own net, target or step, goes through [`Case::changed`] or [`Case::with_scene`], which check it again.
 
+use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use crate::limits::Limits;
@@ -22,19 +23,40 @@ use crate::target::files::Files;
 #[derive(Clone)]
 pub struct Case {
     /// Name for results and messages.
-    pub name: String,
+    name: String,
     /// The scene, every default filled in.
-    pub scene: Scene,
+    scene: Scene,
     /// First 16 digits of a SHA-256 over the scene and the built target.
-    pub hash: String,
+    hash: String,
+    /// What the scene was made into.
+    built: Built,
+    /// How much it may ask for while it runs.
+    limits: Limits,
+}
+
+/// What a scene is made into: what a study may bring itself, through [`Case::changed`].
+#[derive(Clone)]
+pub struct Built {
     /// The net.
     pub net: Net,
     /// The target, where the scene has one.
     pub target: Option<Target>,
     /// The step, chosen where the scene leaves it out.
     pub time_step: TimeStep,
-    /// How much it may ask for while it runs.
-    pub limits: Limits,
+}
+
+impl Built {
+    /// Adds what does not hang together or is not a number.
+    fn check(&self, problems: &mut Problems) {
+        self.net.check(problems);
+        self.target.iter().for_each(|target| target.check(problems));
+        if !(self.time_step.step.is_finite() && self.time_step.step > 0.0) {
+            problems.add("step", self.time_step.step, "a number of seconds above 0");
+        }
+        if self.time_step.substeps == 0 {
+            problems.add("substeps", 0, "at least 1");
+        }
+    }
 }
 
 impl Case {
@@ -103,38 +125,112 @@ impl Case {
             scene.solver.step_s = Some(Positive(time_step.step / n_parts));
             let hash = hash(&scene, target.as_ref());
             let limits = *limits;
-            let mut case = Case { name: source.name.clone(), scene, hash, net, target, time_step, limits };
+            let mut case = Case {
+                name: source.name.clone(),
+                scene,
+                hash,
+                built: Built { net, target, time_step },
+                limits,
+            };
             case.disperse(0);
             Some(case)
         });
         problems.into_result(case)
     }
 
+    /// Name for results and messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The scene, every default filled in.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// First 16 digits of a SHA-256 over the scene and the built target.
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// The net.
+    pub fn net(&self) -> &Net {
+        &self.built.net
+    }
+
+    /// The target, where the scene has one.
+    pub fn target(&self) -> Option<&Target> {
+        self.built.target.as_ref()
+    }
+
+    /// The step, chosen where the scene leaves it out.
+    pub fn time_step(&self) -> TimeStep {
+        self.built.time_step
+    }
+
+    /// How much it may ask for while it runs.
+    pub fn limits(&self) -> Limits {
+        self.limits
+    }
+
+    /// The same with what `change` makes of net, target and step, whether or not the method would have chosen that
+    /// step; the scene stays as it is.
+    ///
+    /// # Errors
+    /// A net that does not hang together: lists of different lengths, cables between knots that are not there,
+    /// masses or cables without a positive size. Anything that is not a number.
+    pub fn changed(mut self, change: impl FnOnce(&mut Built)) -> Result<Case, Problems> {
+        let mut problems = Problems::new(&*self.name);
+        change(&mut self.built);
+        self.built.check(&mut problems);
+        problems.into_result(Some(self))
+    }
+
+    /// The same with what `change` makes of the scene's method, effects, limits and times; net, target and step
+    /// stay as they are.
+    ///
+    /// # Errors
+    /// Every fault of the changed scene.
+    pub fn with_scene(mut self, change: impl FnOnce(&mut Scene)) -> Result<Case, Problems> {
+        let mut problems = Problems::new(&*self.name);
+        change(&mut self.scene);
+        checks::check_scene(&self.scene, &self.limits, &mut problems);
+        problems.into_result(Some(self))
+    }
+
     /// Shoots the bullets as they deviate in `member` of an ensemble, where the scene names a chaser.
-    pub fn disperse(&mut self, member: u64) {
+    fn disperse(&mut self, member: u64) {
         if let Some(chaser) = &self.scene.effects.chaser {
-            self.net.shoot(chaser.disperse(net::shots(&self.scene.net, &self.scene.launch), member));
+            self.built.net.shoot(chaser.disperse(net::shots(&self.scene.net, &self.scene.launch), member));
         }
+    }
+
+    /// A copy as `member` of an ensemble: bullets shot as they deviate there, folded knots moved by `shift` [m].
+    pub fn member(&self, member: u64, mut shift: impl FnMut() -> Vector3<f64>) -> Case {
+        let mut case = self.clone();
+        case.disperse(member);
+        case.built.net.folded.iter_mut().for_each(|position| *position += shift());
+        case
     }
 
     /// Number of steps of the run.
     pub fn n_steps(&self) -> u64 {
-        (self.scene.duration_s.0 / self.time_step.step).round().max(1.0) as u64
+        (self.scene.duration_s.0 / self.built.time_step.step).round().max(1.0) as u64
     }
 
     /// What it demands of a step.
     pub fn demands(&self) -> Demands<'_> {
-        demands(&self.scene, &self.net, self.target.as_ref())
+        demands(&self.scene, &self.built.net, self.built.target.as_ref())
     }
 
     /// What effects and method are built from.
     pub fn context(&self) -> BuildContext<'_> {
         let demands = self.demands();
         BuildContext {
-            net: &self.net,
-            target: self.target.as_ref(),
+            net: &self.built.net,
+            target: self.built.target.as_ref(),
             solver: &self.scene.solver,
-            time_step: self.time_step,
+            time_step: self.built.time_step,
             limits: self.limits,
             options: self.scene.effects.options(),
             acts_in_substeps: step::method(&self.scene.solver).acts_in_substeps(),
@@ -145,12 +241,12 @@ impl Case {
 
     /// A step that resolves the cables [s].
     pub fn resolving_step(&self) -> f64 {
-        RESOLVES * stability::stable_step(&self.net)
+        RESOLVES * stability::stable_step(&self.built.net)
     }
 
     /// Steps between two recorded frames.
     pub fn steps_per_frame(&self) -> u64 {
-        (self.scene.output.sample_s.0 / self.time_step.step).round().max(1.0) as u64
+        (self.scene.output.sample_s.0 / self.built.time_step.step).round().max(1.0) as u64
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A net is shot from a chaser by four flying weights (bullets), opens, meets a satellite or rocket
 //! stage that may be tumbling, and wraps it. Will it hold? This crate answers with a trajectory, an
-//! energy ledger and a verdict, and says what the answer costs.
+//! energy balance and a verdict, and says what the answer costs.
 //!
 //! ```
 //! use tumblenet::{case::Case, metrics::deployment::Deployment, run::Run};
@@ -56,6 +56,8 @@
 //! The body frame o-xyz has its origin at the target's centre of mass. Equations, tables and
 //! sections without another source are those of M. Shan, "Net Deployment and Contact Dynamics of
 //! Capturing Space Debris Objects", dissertation, TU Delft; "the source" is that work.
+
+#![warn(clippy::too_many_lines)]
 
 // The order is the reading order of the map, not the alphabet.
 pub mod problems;

@@ -132,7 +132,7 @@ impl Run {
     /// # Errors
     /// A state that is not a number.
     pub fn with(case: &Case, more: Vec<Interaction>, progress: impl FnMut(f64)) -> Result<Run, Failure> {
-        Run::further(case, more, case.scene.duration_s.0, |_, _| true, progress)
+        Run::further(case, more, case.scene().duration_s.0, |_, _| true, progress)
     }
 
     /// Runs `case` to its end and on until `decided` says so of the frames and whether net and target
@@ -163,7 +163,7 @@ impl Run {
         let mut recorder = Recorder::new(case);
         recorder.frame(case, &mut simulation);
         let (own, stride) = (case.n_steps(), case.steps_per_frame());
-        let n_steps = own.max((at_most / case.time_step.step).round() as u64);
+        let n_steps = own.max((at_most / case.time_step().step).round() as u64);
         let stride_beyond = stride.max((n_steps - own).div_ceil(most_beyond(case)));
         for step in 1..=n_steps {
             simulation.step()?;
@@ -181,7 +181,7 @@ impl Run {
         Ok(Run {
             frames: recorder.frames,
             mouth_area: recorder.mouth_area,
-            step: case.time_step.step,
+            step: case.time_step().step,
             state_hash: simulation.state.hash(),
             extremes: recorder.extremes,
             outside_impulse: simulation.audit.outside_impulse,
@@ -205,7 +205,7 @@ const MAX_POSITIONS_BEYOND: u64 = 10_000_000;
 
 /// Frames beyond the scene's own end of `case`, at most.
 fn most_beyond(case: &Case) -> u64 {
-    (MAX_POSITIONS_BEYOND / case.net.n_knots().max(1) as u64).clamp(10, MAX_BEYOND)
+    (MAX_POSITIONS_BEYOND / case.net().n_knots().max(1) as u64).clamp(10, MAX_BEYOND)
 }
 
 /// Collects what a run leaves behind.
@@ -227,13 +227,13 @@ impl Recorder {
             frames: Frames::default(),
             mouth_area: Vec::with_capacity(case.n_steps() as usize + 1),
             extremes: Extremes::default(),
-            bullets: case.net.bullets,
+            bullets: case.net().bullets,
             tension: 0.0,
             impulse: 0.0,
-            tensions: vec![0.0; case.net.cables.len()],
-            contact_impulses: vec![Vector3::zeros(); case.net.n_knots()],
+            tensions: vec![0.0; case.net().cables.len()],
+            contact_impulses: vec![Vector3::zeros(); case.net().n_knots()],
         };
-        recorder.mouth_area.push(recorder.area(&case.net.folded));
+        recorder.mouth_area.push(recorder.area(&case.net().folded));
         recorder
     }
 
@@ -255,7 +255,7 @@ impl Recorder {
             }
             self.extremes.penetration = self.extremes.penetration.max(-contact.gap);
         }
-        for (index, (cable, &tension)) in case.net.cables.iter().zip(&state.tension).enumerate() {
+        for (index, (cable, &tension)) in case.net().cables.iter().zip(&state.tension).enumerate() {
             if tension > 0.0 {
                 self.tensions[index] = self.tensions[index].max(tension);
                 self.tension = self.tension.max(tension);
@@ -286,7 +286,9 @@ impl Recorder {
         frames.angular_momentum.push(simulation.audit.angular_momentum(state));
         frames.tension.push(std::mem::take(&mut self.tension));
         frames.impulse.push(std::mem::take(&mut self.impulse));
-        frames.relative_energy.extend(state.target.map(|body| relative_energy(&case.net.mass, state, &body)));
+        frames
+            .relative_energy
+            .extend(state.target.map(|body| relative_energy(&case.net().mass, state, &body)));
     }
 }
 

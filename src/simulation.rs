@@ -49,19 +49,19 @@ impl Simulation {
 
     /// The same with a method that the scene does not know.
     pub fn stepped_by(case: &Case, stepper: Box<dyn Stepper>, more: Vec<Interaction>) -> Simulation {
-        let mut list = case.scene.effects.build(&case.context());
+        let mut list = case.scene().effects.build(&case.context());
         list.extend(more);
         let mut effects = Interactions::new(list);
         let mut state = start(case);
         state.chaser = effects.list().iter().find_map(|effect| effect.body);
         Simulation {
             before: state.clone(),
-            audit: EnergyAudit::start(&case.net, case.target.as_ref(), &mut effects, &state),
+            audit: EnergyAudit::start(case.net(), case.target(), &mut effects, &state),
             work: Work::default(),
             report: StepReport::default(),
             stepper,
-            free_target: case.target.clone().filter(|target| target.motion == Motion::Free),
-            step: case.time_step.step,
+            free_target: case.target().filter(|target| target.motion == Motion::Free).cloned(),
+            step: case.time_step().step,
             state,
             effects,
         }
@@ -173,8 +173,8 @@ impl Simulation {
 
 /// Net in its container, just shot; target as placed.
 fn start(case: &Case) -> State {
-    let knots = Knots { position: case.net.folded.clone(), velocity: case.net.launch_velocity.clone() };
-    let target = case.target.as_ref().map(|target| Body {
+    let knots = Knots { position: case.net().folded.clone(), velocity: case.net().launch_velocity.clone() };
+    let target = case.target().map(|target| Body {
         position: target.position,
         attitude: target.attitude,
         velocity: Vector3::zeros(),
@@ -183,5 +183,5 @@ fn start(case: &Case) -> State {
             Motion::Free | Motion::Spinning => target.attitude * target.spin,
         },
     });
-    State { knots, target, tension: vec![0.0; case.net.cables.len()], ..State::default() }
+    State { knots, target, tension: vec![0.0; case.net().cables.len()], ..State::default() }
 }

@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{below, case_of, run, scene, small_scene, within};
+use common::{below, case_of, changed, run, scene, small_scene, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
-use tumblenet::study::ensemble::{Request, perturbed};
+use tumblenet::study::ensemble::{EnsembleRequest, perturbed};
 
 fn shot(chaser: Value) -> Case {
     let mut scene = small_scene();
@@ -16,7 +16,7 @@ fn shot(chaser: Value) -> Case {
 
 /// Bullet velocities [m/s].
 fn bullets(case: &Case) -> [Vector3<f64>; 4] {
-    case.net.bullets.map(|bullet| case.net.launch_velocity[bullet])
+    case.net().bullets.map(|bullet| case.net().launch_velocity[bullet])
 }
 
 /// V = −m n v cos θ / M; no turn, whatever the arm along X.
@@ -24,7 +24,7 @@ fn bullets(case: &Case) -> [Vector3<f64>; 4] {
 fn an_even_shot_recoils_as_in_closed_form() {
     let case =
         shot(json!({ "mass_kg": 12.0, "inertia_kg_m2": [0.3, 0.4, 0.5], "centre_m": [-0.4, 0.0, 0.0] }));
-    let chaser = case.scene.effects.chaser.unwrap().recoiled(&case.net);
+    let chaser = case.scene().effects.chaser.unwrap().recoiled(case.net());
     let expected = -4.0 * 0.03 * 2.0 * f64::to_radians(25.0).cos() / 12.0;
     below("recoil", (chaser.body.velocity - Vector3::new(expected, 0.0, 0.0)).norm(), 1e-15);
     below("turn", chaser.body.rate.norm(), 1e-14);
@@ -37,7 +37,7 @@ fn an_even_shot_recoils_as_in_closed_form() {
 fn an_arm_turns_the_chaser() {
     let case =
         shot(json!({ "mass_kg": 12.0, "inertia_kg_m2": [0.3, 0.4, 0.5], "centre_m": [-0.4, 0.1, -0.2] }));
-    let body = case.scene.effects.chaser.unwrap().recoiled(&case.net).body;
+    let body = case.scene().effects.chaser.unwrap().recoiled(case.net()).body;
     let momentum = 4.0 * 0.03 * 2.0 * f64::to_radians(25.0).cos();
     // −(−c) × p with p along X: c × p = (0, c_z p, −c_y p).
     let expected = Vector3::new(0.0, -0.2 * momentum / 0.4, -0.1 * momentum / 0.5);
@@ -51,7 +51,7 @@ fn momentum_of_chaser_net_and_target_is_kept() {
         let case = scene("cubesat-chaser", solver);
         let run = run(&case);
         assert!(run.extremes.first_contact.is_some());
-        let scale = case.net.launch_momentum().norm();
+        let scale = case.net().launch_momentum().norm();
         let momentum = run.frames.momentum.iter().map(|p| p.norm()).fold(0.0, f64::max);
         below("momentum", momentum / scale, 1e-9); // measured 1e-13
         assert_eq!(run.outside_impulse, Vector3::zeros());
@@ -77,7 +77,7 @@ fn momentum_is_kept_through_a_tether_to_the_chaser() {
             |(key, value): &(&str, serde_json::Value)| *key == "max_tension_n" && value.as_f64() > Some(0.5);
         assert!(closing.start.unwrap().1.is_some() && closing.numbers.iter().any(pulled), "{closing:?}");
         assert_eq!(run.outside_impulse, Vector3::zeros());
-        let scale = case.net.launch_momentum().norm();
+        let scale = case.net().launch_momentum().norm();
         let frames = &run.frames;
         let momentum = frames.momentum.iter().map(|p| p.norm()).fold(0.0, f64::max);
         below("momentum", momentum / scale, 1e-9);
@@ -85,13 +85,13 @@ fn momentum_is_kept_through_a_tether_to_the_chaser() {
         let change = frames.angular_momentum.iter().map(|l| (l - start).norm()).fold(0.0, f64::max);
         below("angular momentum", change / (scale * 1.3), 1e-9); // measured 4e-13
         // Without the tether the chaser would fly on as the shot left it.
-        let free = case.scene.effects.chaser.unwrap().recoiled(&case.net).body.velocity;
+        let free = case.scene().effects.chaser.unwrap().recoiled(case.net()).body.velocity;
         let pulled = 50.0 * (run.chaser.unwrap().body.velocity - free).norm();
         assert!(pulled > 0.1 * scale, "{pulled} of {scale}");
         let residual = frames.ledger.iter().map(|l| l.residual().abs()).fold(0.0, f64::max);
         // Of the engine's contacts: 1e-4 without the chaser too.
         let bound = if solver.is_empty() { 5e-4 } else { 1e-9 };
-        below("energy residual", residual / case.net.launch_energy(), bound);
+        below("energy residual", residual / case.net().launch_energy(), bound);
     }
 }
 
@@ -107,10 +107,8 @@ fn a_tether_pulls_the_chaser_as_in_closed_form() {
         "closing": { "layout": "cinch", "trigger": { "on": "time", "at_s": 0.0 }, "reel_speed_m_s": 100.0,
                      "max_tension_n": 0.01 },
     });
-    let mut case = case_of(scene);
-    for position in &mut case.net.folded {
-        position.x += 5.0; // the tether's way
-    }
+    // The tether's way.
+    let case = changed(case_of(scene), |built| built.net.folded.iter_mut().for_each(|place| place.x += 5.0));
     let run = run(&case);
     let body = run.chaser.unwrap().body;
     let impulse = 12.0 * body.velocity.x;
@@ -137,7 +135,7 @@ fn a_seed_gives_the_same_shots_and_another_seed_others() {
 #[test]
 fn every_member_of_an_ensemble_is_shot_anew() {
     let case = shot(json!({ "mass_kg": 12.0, "inertia_kg_m2": [1.0, 1.0, 1.0], "speed_sigma_m_s": 0.05 }));
-    let request = Request { members: 3, perturb_m: 0.0, seed: 1, at_most_s: None };
+    let request = EnsembleRequest { members: 3, perturb_m: 0.0, seed: 1, at_most_s: None };
     let members: Vec<_> = (0..3).map(|member| bullets(&perturbed(&case, &request, member))).collect();
     assert_eq!(members[0], bullets(&case));
     assert_ne!(members[0], members[1]);
@@ -149,8 +147,8 @@ fn every_member_of_an_ensemble_is_shot_anew() {
 fn shots_deviate_as_much_as_asked_for() {
     let case = shot(json!({ "mass_kg": 12.0, "inertia_kg_m2": [1.0, 1.0, 1.0],
         "speed_sigma_m_s": 0.05, "angle_sigma_deg": 1.0 }));
-    let chaser = case.scene.effects.chaser.unwrap();
-    let nominal = tumblenet::net::shots(&case.scene.net, &case.scene.launch);
+    let chaser = case.scene().effects.chaser.unwrap();
+    let nominal = tumblenet::net::shots(&case.scene().net, &case.scene().launch);
     let shots: Vec<(Vector3<f64>, Vector3<f64>)> =
         (0..500).flat_map(|member| nominal.into_iter().zip(chaser.disperse(nominal, member))).collect();
     let n = shots.len() as f64;

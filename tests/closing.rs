@@ -43,7 +43,7 @@ impl Done {
     }
 
     fn limit(&self) -> f64 {
-        self.case.scene.effects.closing.expect("the scene has a closing mechanism").max_tension_n.0
+        self.case.scene().effects.closing.expect("the scene has a closing mechanism").max_tension_n.0
     }
 
     /// A reading of every thread.
@@ -135,7 +135,7 @@ fn momentum_and_energy_close_with_the_winch_on() {
         let kept = done.summary.conservation;
         below(&format!("{}: momentum", done.name), kept.momentum_residual, 4e-13); // measured 4e-14
         // Measured 8e-6 and 1e-12: threads of explicit cables act in every sub-step.
-        let is_explicit = done.case.scene.solver.cables == CableModel::Explicit;
+        let is_explicit = done.case.scene().solver.cables == CableModel::Explicit;
         let residual = if is_explicit { 1e-11 } else { 8e-5 };
         below(&format!("{}: energy", done.name), kept.energy_residual, residual);
         // Nothing with explicit cables. With joints the threads' share in a step that throws light knots about
@@ -198,7 +198,7 @@ fn a_jammed_winch_is_steady_and_gains_no_energy() {
     };
     let jams: Vec<(&Jam, Done)> = all.into_par_iter().map(one).collect();
     for (jam, done) in &jams {
-        let name = format!("{}, {:?} cables", jam.scene, done.case.scene.solver.cables);
+        let name = format!("{}, {:?} cables", jam.scene, done.case.scene().solver.cables);
         let frames = &done.run.frames;
         let at = |time: f64| frames.time.iter().position(|&t| t >= time - 1e-9).unwrap();
         let (from, to) = (at(jam.from), at(jam.to));
@@ -253,7 +253,7 @@ fn every_trigger_fires_at_its_event() {
     ];
     let done: Vec<Done> = jsons.par_iter().map(|json| run(json)).collect();
     let fired: Vec<f64> = done.iter().map(|done| done.closing().triggered_s.unwrap()).collect();
-    let step = done[0].case.time_step.step;
+    let step = done[0].case.time_step().step;
     let contact = done[0].summary.contact.unwrap().first_contact_s.unwrap();
     within("contact, 0.05 s after it", fired[0] - contact, [0.05 - 1e-9, 0.05 + 1.5 * step]);
     within("time", fired[1], [0.6 - 1e-9, 0.6 + 1e-9]);
@@ -264,7 +264,7 @@ fn every_trigger_fires_at_its_event() {
     let past = |frame: usize| {
         let frames = &done[3].run.frames;
         let line = frames.target[frame].position.x + 0.1;
-        done[3].case.net.bullets.iter().all(|&bullet| frames.knots[frame][bullet].x > line)
+        done[3].case.net().bullets.iter().all(|&bullet| frames.knots[frame][bullet].x > line)
     };
     let at = frame(&done[3], fired[3]);
     assert!(past(at) && !past(at - 1));

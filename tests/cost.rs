@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::run::Run;
 use tumblenet::step::mass_spring::dopri5;
-use tumblenet::study::cost::errors::Worth;
-use tumblenet::study::cost::{self, Request, Store, Study};
+use tumblenet::study::cost::errors::Evaluation;
+use tumblenet::study::cost::{self, Store, Study, StudyRequest};
 
 /// Keeps nothing.
 struct Forgetful;
@@ -26,7 +26,7 @@ impl Store for Forgetful {
 }
 
 fn study(scene: Value, budget_s: f64) -> Study {
-    let request = Request { budget_s, seed: 1, at_s: None };
+    let request = StudyRequest { budget_s, seed: 1, at_s: None };
     cost::run(&common::source_of(scene), &request, &Forgetful, |_, _| {}).unwrap()
 }
 
@@ -35,18 +35,18 @@ fn study(scene: Value, budget_s: f64) -> Study {
 fn the_reference_flies_as_the_equations_say() {
     let case = common::scene("deployment-kevlar", &[]);
     let times: Vec<f64> = (0..=6).map(|i| 0.05 * f64::from(i)).collect();
-    let located = dopri5::fly(&case.net, &times, 1e-12, |_| true);
-    let stepped = common::rk4_net(&case.net, 5e-6, &times);
+    let located = dopri5::fly(case.net(), &times, 1e-12, |_| true);
+    let stepped = common::rk4_net(case.net(), 5e-6, &times);
     assert_eq!(located.knots.len(), times.len());
     for (bound, frame) in [(1e-6, 2), (2e-5, 4), (5e-5, 6)] {
         let apart = |&bullet: &usize| (located.knots[frame][bullet] - stepped[frame][bullet]).norm();
-        let worst = case.net.bullets.iter().map(apart).fold(0.0, f64::max);
+        let worst = case.net().bullets.iter().map(apart).fold(0.0, f64::max);
         below(&format!("bullets at {} s, m", times[frame]), worst, bound); // measured 5e-8, 1e-6, 5e-6
     }
     // A tolerance a hundred times coarser moves no bullet by more than the coarser one's share.
-    let coarse = dopri5::fly(&case.net, &times, 1e-10, |_| true);
+    let coarse = dopri5::fly(case.net(), &times, 1e-10, |_| true);
     let apart = |&bullet: &usize| (located.knots[4][bullet] - coarse.knots[4][bullet]).norm();
-    below("tolerance, m", case.net.bullets.iter().map(apart).fold(0.0, f64::max), 1e-7);
+    below("tolerance, m", case.net().bullets.iter().map(apart).fold(0.0, f64::max), 1e-7);
     assert!(
         coarse.steps < located.steps && located.switches > 20,
         "{} {} {}",
@@ -97,7 +97,7 @@ fn what_32_bits_lose_is_warned_of() {
     for (precision, warned) in [("f32", true), ("f64", false)] {
         let case = common::scene("deployment-kevlar", &[&format!("solver.precision={precision}")]);
         let run = Run::of(&case, |_| {}).unwrap();
-        let warnings = Worth::of(&case, &run, None).warnings(case.net.radius[0]);
+        let warnings = Evaluation::of(&case, &run, None).warnings(case.net().radius[0]);
         assert_eq!(warnings.iter().any(|words| words.contains("loses momentum")), warned, "{warnings:?}");
     }
 }

@@ -13,7 +13,7 @@ use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::report::results;
 use tumblenet::run::Run;
-use tumblenet::study::ensemble::{self, Member, Request};
+use tumblenet::study::ensemble::{self, EnsembleRequest, Member};
 
 /// Half a second past the first contact of a tumbling Cubesat.
 fn capture() -> Case {
@@ -54,7 +54,7 @@ fn timeless(members: Vec<Member>) -> Vec<Member> {
 #[test]
 fn an_ensemble_does_not_depend_on_the_number_of_threads() {
     let case = capture();
-    let request = Request { members: 4, perturb_m: 1e-6, seed: 7, at_most_s: None };
+    let request = EnsembleRequest { members: 4, perturb_m: 1e-6, seed: 7, at_most_s: None };
     let with_threads = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         timeless(pool.install(|| ensemble::run(&case, &request, Vec::new(), |_| {})))
@@ -67,14 +67,20 @@ fn an_ensemble_does_not_depend_on_the_number_of_threads() {
 fn a_member_depends_on_its_number_and_seed_only() {
     let case = capture();
     let folded = |members, seed, member| {
-        ensemble::perturbed(&case, &Request { members, perturb_m: 1e-6, seed, at_most_s: None }, member)
-            .net
-            .folded
+        ensemble::perturbed(
+            &case,
+            &EnsembleRequest { members, perturb_m: 1e-6, seed, at_most_s: None },
+            member,
+        )
+        .net()
+        .folded
+        .clone()
     };
     assert_eq!(folded(4, 1, 3), folded(100, 1, 3));
     assert_ne!(folded(4, 1, 3), folded(4, 1, 2));
     assert_ne!(folded(4, 1, 3), folded(4, 2, 3));
-    let moved = folded(4, 1, 3).iter().zip(&case.net.folded).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
+    let moved =
+        folded(4, 1, 3).iter().zip(&case.net().folded).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
     assert!((0.5e-6..=1e-6 + 1e-15).contains(&moved), "{moved}");
 }
 

@@ -4,12 +4,12 @@
 
 mod common;
 
-use common::{FAST_PAIRS, below, case_of, pairs, run, small_scene, solver_of};
+use common::{FAST_PAIRS, below, case_of, changed, pairs, run, small_scene, solver_of};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use tumblenet::case::Case;
 use tumblenet::effects::Effects;
-use tumblenet::field::orbit::Orbit;
+use tumblenet::field::orbit::OrbitMotion;
 use tumblenet::interaction::{Half, Interactions};
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
@@ -38,8 +38,8 @@ const APPROACHES: [[f64; 3]; 2] = [[0.3, 1.0, -0.2], [-0.6, 0.5, 0.7]];
 
 /// From the frame of the first approach to that of the second.
 fn turn() -> Matrix3<f64> {
-    let [first, second] =
-        APPROACHES.map(|approach| Orbit::new(7e6, 0.0, 0.0, &Vector3::from(approach)).local_from_orbital);
+    let [first, second] = APPROACHES
+        .map(|approach| OrbitMotion::new(7e6, 0.0, 0.0, &Vector3::from(approach)).local_from_orbital);
     second * first.transpose()
 }
 
@@ -174,13 +174,7 @@ fn a_named_effect_is_there_and_says_what_it_installs() {
         let installs = simulation.effect_installs();
         assert_eq!(simulation.effect_names(), [probe.name]);
         assert!(!installs[0].1.is_empty(), "{}", probe.name);
-        let without = Case {
-            scene: tumblenet::scene::schema::Scene {
-                effects: case.scene.effects.without(probe.name),
-                ..case.scene.clone()
-            },
-            ..case
-        };
+        let without = case.with_scene(|scene| scene.effects = scene.effects.without(probe.name)).unwrap();
         assert!(Simulation::new(&without).effect_names().is_empty(), "{}", probe.name);
     }
 }
@@ -225,7 +219,7 @@ fn the_order_of_effects_in_the_file_changes_no_bit() {
         for solver in pairs() {
             let [forward, backward] =
                 [&forward, &backward].map(|effects| case_of(scene(effects.clone(), solver)));
-            assert_eq!(forward.hash, backward.hash);
+            assert_eq!(forward.hash(), backward.hash());
             let bits = |case| -> Vec<u64> {
                 trajectory(&run(case))
                     .iter()
@@ -310,16 +304,17 @@ struct Stage {
 impl Stage {
     /// `frame`: the frame that net, body and velocities are given in, seen from the local one.
     fn new(name: &str, parameters: &Value, frame: Matrix3<f64>, moving: f64) -> Stage {
-        let mut case = case_of(scene(named(name, parameters), "explicit+impulse"));
-        for vector in case.net.folded.iter_mut().chain(&mut case.net.launch_velocity) {
-            *vector = frame * *vector;
-        }
-        let target = case.target.clone().unwrap();
+        let case = changed(case_of(scene(named(name, parameters), "explicit+impulse")), |built| {
+            for vector in built.net.folded.iter_mut().chain(&mut built.net.launch_velocity) {
+                *vector = frame * *vector;
+            }
+        });
+        let target = case.target().unwrap().clone();
         let wave = |i: usize, axis: usize| (12.9898 * i as f64 + 78.233 * axis as f64).sin();
         let noise = |i: usize| Vector3::new(wave(i, 0), wave(i, 1), wave(i, 2));
         let position =
-            case.net.folded.iter().enumerate().map(|(i, x)| 10.2 * x + frame * (0.01 * noise(i))).collect();
-        let velocity = (0..case.net.n_knots()).map(|i| moving * (frame * noise(i + 100))).collect();
+            case.net().folded.iter().enumerate().map(|(i, x)| 10.2 * x + frame * (0.01 * noise(i))).collect();
+        let velocity = (0..case.net().n_knots()).map(|i| moving * (frame * noise(i + 100))).collect();
         let attitude =
             UnitQuaternion::from_matrix(&frame) * UnitQuaternion::from_euler_angles(0.3, -0.7, 1.1);
         let body = Body {
@@ -329,7 +324,7 @@ impl Stage {
             rate: moving * (frame * Vector3::new(0.5, 0.9, -0.4)),
         };
         let mut state = State { knots: Knots { position, velocity }, target: Some(body), ..State::default() };
-        let effect = Interactions::new(case.scene.effects.build(&case.context()));
+        let effect = Interactions::new(case.scene().effects.build(&case.context()));
         state.chaser = effect.list()[0].body;
         Stage { motion: RigidMotion::of(&target), case, effect, state }
     }
@@ -348,16 +343,16 @@ impl Stage {
         };
         effect.half_kick(state, step, Half::First, &mut add);
         let before = state.clone();
-        let target = self.case.target.as_ref().map(|target| (target.mass, &target.inertia));
+        let target = self.case.target().map(|target| (target.mass, &target.inertia));
         effect.apply_forces(state, step, target);
         let forces = state.forces.on_knots.clone();
         effect.start_of_step(&before);
-        let mut touched = vec![false; self.case.net.n_knots()];
+        let mut touched = vec![false; self.case.net().n_knots()];
         effect.solve_constraints(&mut state.knots, step, &mut touched);
         effect.solve_contacts(&mut state.knots, &mut state.target, step, &mut touched);
         let knots = &mut state.knots;
         for (knot, position) in knots.position.iter_mut().enumerate() {
-            knots.velocity[knot] += step / self.case.net.mass[knot] * forces[knot];
+            knots.velocity[knot] += step / self.case.net().mass[knot] * forces[knot];
             *position += step * knots.velocity[knot];
         }
         if let Some(body) = &mut state.target {
@@ -372,9 +367,9 @@ impl Stage {
     /// Kinetic energy of net and target, and what the effect stores [J].
     fn energy(&mut self) -> f64 {
         let stored = self.effect.stored_energy(&self.state);
-        let target = self.case.target.as_ref().unwrap();
+        let target = self.case.target().unwrap();
         let body = self.state.target.unwrap();
-        let knots = self.state.knots.velocity.iter().zip(&self.case.net.mass);
+        let knots = self.state.knots.velocity.iter().zip(&self.case.net().mass);
         knots.map(|(v, m)| 0.5 * m * v.norm_squared()).sum::<f64>()
             + body.kinetic_energy(target.mass, &target.inertia)
             + stored
@@ -382,9 +377,9 @@ impl Stage {
 
     /// Momentum of all there is [kg m/s].
     fn momentum(&self) -> Vector3<f64> {
-        let knots = self.state.knots.velocity.iter().zip(&self.case.net.mass);
+        let knots = self.state.knots.velocity.iter().zip(&self.case.net().mass);
         knots.map(|(v, m)| *m * v).sum::<Vector3<f64>>()
-            + self.case.target.as_ref().unwrap().mass * self.state.target.unwrap().velocity
+            + self.case.target().unwrap().mass * self.state.target.unwrap().velocity
             + self.state.chaser.map_or(Vector3::zeros(), |chaser| chaser.momentum())
     }
 }
@@ -435,7 +430,7 @@ fn force_is_the_derivative_of_stored_energy() {
         };
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for axis in 0..3 {
-            for (knot, mass) in kicked.case.net.mass.iter().enumerate() {
+            for (knot, mass) in kicked.case.net().mass.iter().enumerate() {
                 let force = mass * kicked.state.knots.velocity[knot][axis] / (0.5 * step);
                 let slope = slope(&|state, by| state.knots.position[knot][axis] += by, 0.1);
                 worst = worst.max((force + slope).abs());
@@ -443,7 +438,7 @@ fn force_is_the_derivative_of_stored_energy() {
             }
         }
         below(&format!("{}: knots", probe.name), worst / largest, 1e-6);
-        let target = kicked.case.target.as_ref().unwrap();
+        let target = kicked.case.target().unwrap();
         let body = kicked.state.target.unwrap();
         let force = target.mass * body.velocity / (0.5 * step);
         let inertia = body.attitude.to_rotation_matrix()

@@ -59,7 +59,7 @@ fn explicit_cables_make_no_energy_whatever_their_damping() {
 
 /// How far `run` is from its own mirror images about Y = 0, Z = 0 and Y = Z at its end [m].
 fn mirror_error(case: &Case, run: &Run) -> f64 {
-    let [rows, columns] = case.net.grid;
+    let [rows, columns] = case.net().grid;
     let knots = run.frames.knots.last().unwrap();
     let at = |row: usize, column: usize| knots[row * columns + column];
     let mut worst = 0.0_f64;

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{below, case_of, knots, small_scene, tie, within};
+use common::{below, case_of, changed, knots, small_scene, tie, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
@@ -22,7 +22,7 @@ fn case_with(net: Net, changes: Value) -> Case {
     for (key, value) in changes.as_object().unwrap() {
         scene[key] = value.clone();
     }
-    Case { net, ..case_of(scene) }
+    changed(case_of(scene), |built| built.net = net)
 }
 
 /// A target from one part, at the origin.
@@ -31,7 +31,7 @@ fn target(part: Value, motion: &str) -> Target {
     // A scene must not start inside its net; these nets are put elsewhere.
     scene["target"] =
         json!({ "shape": { "parts": [part] }, "distance_m": 9.0, "mass_kg": 2.0, "motion": motion });
-    let mut target = case_of(scene).target.unwrap();
+    let mut target = case_of(scene).target().cloned().unwrap();
     target.position.x = 0.0;
     target
 }
@@ -73,7 +73,7 @@ fn a_body_spun_about_its_middle_axis_flips() {
     scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [2.5, 10.0, 5.0] }] },
         "mass_kg": 8000.0, "distance_m": 100.0, "spin_rad_s": [0.001, 0.0, 0.2] });
     let case = case_of(scene);
-    let inertia = case.target.as_ref().unwrap().inertia;
+    let inertia = case.target().unwrap().inertia;
     let mut simulation = Simulation::new(&case);
     let start = simulation.state.target.unwrap();
     let (momentum, energy) = (start.angular_momentum(&inertia), start.kinetic_energy(8000.0, &inertia));
@@ -99,7 +99,7 @@ fn slow_knots_do_not_fall_asleep() {
     scene["target"] = json!({ "shape": { "parts": [{ "ball": { "radius_m": 0.1 } }] },
         "mass_kg": 1.0, "distance_m": 0.5, "offset_m": [0.0, 0.4], "spin_rad_s": [0.0, 0.0, 0.01] });
     let net = knots(&[(0.01, [0.0; 3], [0.04, 0.0, 0.0])]);
-    let mut simulation = Simulation::new(&Case { net, ..case_of(scene) });
+    let mut simulation = Simulation::new(&changed(case_of(scene), |built| built.net = net));
     for _ in 0..20_000 {
         simulation.step().unwrap();
     }
@@ -211,8 +211,8 @@ fn friction_slows_a_sliding_knot_by_mu_times_the_normal_impulse() {
 #[test]
 fn friction_and_contact_each_post_what_they_took() {
     let net = knots(&[(0.01, [-0.01, 0.0, 0.0], [1.0, 0.0, 0.5])]);
-    let mut case = case_with(net, json!({ "effects": { "friction": { "coefficient": 0.3 } } }));
-    case.target = Some(plate("fixed"));
+    let case = case_with(net, json!({ "effects": { "friction": { "coefficient": 0.3 } } }));
+    let case = changed(case, |built| built.target = Some(plate("fixed")));
     let mut simulation = Simulation::new(&case);
     for _ in 0..100 {
         simulation.step().unwrap();
@@ -231,7 +231,7 @@ fn wall_with_a_seam() -> Target {
         { "cuboid": [0.2, 0.5, 1.0], "position_m": [0.0, -0.25, 0.0] },
         { "cuboid": [0.2, 0.5, 1.0], "position_m": [0.0, 0.25, 0.0] } ] },
         "distance_m": 9.1, "motion": "fixed" });
-    let mut target = case_of(scene).target.unwrap();
+    let mut target = case_of(scene).target().cloned().unwrap();
     target.position.x -= 9.0;
     target
 }
@@ -273,8 +273,7 @@ fn taut_cables_do_not_press_a_knot_into_the_target() {
     ]);
     tie(&mut net, [0, 1], 0.16, 2000.0, 0.1);
     tie(&mut net, [0, 2], 0.16, 2000.0, 0.1);
-    let mut case = case_with(net, json!({}));
-    case.target = Some(ball);
+    let case = changed(case_with(net, json!({})), |built| built.target = Some(ball));
     let mut simulation = Simulation::new(&case);
     let (mut deepest, mut pressed) = (0.0_f64, 0.0_f64);
     for _ in 0..200 {

@@ -21,12 +21,12 @@ fn an_effect_from_outside_acts_on_knots_and_target_under_every_pair() {
         let wind = |on_knot, on_target| Wind { velocity: Vector3::new(-0.5, 0.2, 0.0), on_knot, on_target };
         let (case, run) = own_effect::run(pair, wind(1e-4, 0.7)).unwrap();
         let (_, calm) = own_effect::run(pair, wind(0.0, 0.0)).unwrap();
-        let (mass, time) = (case.target.as_ref().unwrap().mass, *run.frames.time.last().unwrap());
+        let (mass, time) = (case.target().unwrap().mass, *run.frames.time.last().unwrap());
         let expected = Vector3::new(-0.5, 0.2, 0.0) * (1.0 - (-0.7 * time / mass).exp());
         let found = run.frames.target.last().unwrap().velocity;
         // Forces are held over a step: half a step's share of c / m.
         below(&format!("{pair}: target"), (found - expected).norm() / expected.norm(), 1e-3);
-        let centre = |run: &tumblenet::run::Run| run.frames.knots.last().unwrap()[case.net.bullets[0]];
+        let centre = |run: &tumblenet::run::Run| run.frames.knots.last().unwrap()[case.net().bullets[0]];
         assert!((centre(&run) - centre(&calm)).norm() > 1e-4, "{pair}: the net feels no wind");
         let ledger = run.frames.ledger.last().unwrap();
         assert!(ledger.effects[0] != 0.0, "{pair}");

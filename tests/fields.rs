@@ -1,4 +1,4 @@
-//! Orbit and cabin against closed forms, and against equations written in the inertial frame.
+//! OrbitMotion and cabin against closed forms, and against equations written in the inertial frame.
 
 mod common;
 
@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use common::{below, case_of, run, scene, summary, within};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde_json::json;
-use tumblenet::field::orbit::{EARTH_PARAMETER, EARTH_RADIUS, Orbit};
-use tumblenet::field::profile::{Cabin, Row, Values};
+use tumblenet::field::orbit::{EARTH_PARAMETER, EARTH_RADIUS, OrbitMotion};
+use tumblenet::field::profile::{CabinMotion, ProfileRow, Values};
 use tumblenet::field::{self, Field, Masses};
 use tumblenet::interaction::Half;
 use tumblenet::state::{Body, Knots, State};
@@ -66,7 +66,7 @@ fn clohessy_wiltshire(n: f64, r: Vector3<f64>, v: Vector3<f64>, t: f64) -> Vecto
 
 #[test]
 fn a_knot_on_a_relative_orbit_follows_clohessy_and_wiltshire_for_a_period() {
-    let orbit = Orbit::new(AXIS, 0.0, 0.0, &Vector3::y());
+    let orbit = OrbitMotion::new(AXIS, 0.0, 0.0, &Vector3::y());
     let n = orbit.mean_motion;
     // Centimetres: what the linear solution leaves out grows as r / R, 1e-7 at a metre.
     for (r, v) in [
@@ -108,7 +108,7 @@ fn the_knots_of_a_slack_net_follow_clohessy_and_wiltshire_for_a_period() {
     for (time, knots) in run.frames.time.iter().zip(&run.frames.knots) {
         for (knot, position) in knots.iter().enumerate() {
             let expected =
-                clohessy_wiltshire(n, case.net.folded[knot], case.net.launch_velocity[knot], *time);
+                clohessy_wiltshire(n, case.net().folded[knot], case.net().launch_velocity[knot], *time);
             worst = worst.max((position - expected).norm());
             reach = reach.max(expected.norm());
         }
@@ -128,7 +128,7 @@ fn the_knots_of_a_slack_net_follow_clohessy_and_wiltshire_for_a_period() {
 fn a_free_knot_keeps_energy_and_angular_momentum_about_the_earth() {
     for eccentricity in [0.0, 0.3] {
         let axis = AXIS / (1.0 - eccentricity);
-        let orbit = Orbit::new(axis, eccentricity, 0.4, &Vector3::y());
+        let orbit = OrbitMotion::new(axis, eccentricity, 0.4, &Vector3::y());
         let mut state = knot(Vector3::new(1000.0, 300.0, -500.0), Vector3::new(0.2, -0.1, 0.3));
         // Per unit mass, inertial; the origin moves along the radius, too: e sin f √(μ / p).
         let p = axis * (1.0 - eccentricity * eccentricity);
@@ -165,7 +165,7 @@ fn a_free_knot_keeps_energy_and_angular_momentum_about_the_earth() {
 fn a_kilometre_away_the_motion_is_that_of_two_bodies_in_the_inertial_frame() {
     for (eccentricity, anomaly) in [(0.0, 0.0), (0.3, 2.0)] {
         let axis = AXIS / (1.0 - eccentricity);
-        let orbit = Orbit::new(axis, eccentricity, anomaly, &Vector3::y());
+        let orbit = OrbitMotion::new(axis, eccentricity, anomaly, &Vector3::y());
         let (r, v) = (Vector3::new(1000.0, 300.0, -500.0), Vector3::new(0.2, -0.1, 0.3));
         let frame = orbit.at(0.0);
         let field::Gravity::Tidal { radius, .. } = frame.gravity else { panic!("a tidal field") };
@@ -215,7 +215,7 @@ fn the_approach_turns_the_frame_and_not_the_physics() {
     ]
     .into_iter()
     .map(|approach| {
-        let orbit = Orbit::new(AXIS, 0.1, 1.0, &approach);
+        let orbit = OrbitMotion::new(AXIS, 0.1, 1.0, &approach);
         let turn = orbit.local_from_orbital;
         below("a rotation", (turn * turn.transpose() - Matrix3::identity()).norm(), 1e-14);
         below("right-handed", (turn.determinant() - 1.0).abs(), 1e-14);
@@ -228,7 +228,7 @@ fn the_approach_turns_the_frame_and_not_the_physics() {
         below("difference", (end - ends[0]).norm() / ends[0].norm(), 1e-12);
     }
     // Fig. 3.7: X along the flight, Z up.
-    let turn = Orbit::new(AXIS, 0.0, 0.0, &Vector3::y()).local_from_orbital;
+    let turn = OrbitMotion::new(AXIS, 0.0, 0.0, &Vector3::y()).local_from_orbital;
     assert_eq!((turn * Vector3::y(), turn * Vector3::x()), (Vector3::x(), Vector3::z()));
 }
 
@@ -242,7 +242,7 @@ fn body(attitude: UnitQuaternion<f64>, rate: Vector3<f64>) -> State {
 fn a_tumbling_body_does_not_feel_that_the_frame_turns() {
     let inertia = Matrix3::new(1.0, 0.1, -0.2, 0.1, 2.0, 0.05, -0.2, 0.05, 2.5);
     let frame_rate = Vector3::new(0.1, -0.3, 0.2);
-    let field = Cabin {
+    let field = CabinMotion {
         constant: Values { gravity: Vector3::zeros(), rate: frame_rate },
         rows: Vec::new(),
         centre: Vector3::zeros(),
@@ -268,7 +268,7 @@ fn a_tumbling_body_does_not_feel_that_the_frame_turns() {
 /// A long body that points at the Earth librates: pitch at n √(3 (I_roll − I_yaw) / I_pitch).
 #[test]
 fn the_gravity_gradient_holds_a_long_body_upright() {
-    let orbit = Orbit::new(AXIS, 0.0, 0.0, &Vector3::y());
+    let orbit = OrbitMotion::new(AXIS, 0.0, 0.0, &Vector3::y());
     // Local frame: X (roll) along the flight, Y (pitch) along the normal, Z (yaw) up: long along Z.
     let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 0.9, 0.2));
     let mut upright = body(UnitQuaternion::identity(), Vector3::zeros());
@@ -312,8 +312,8 @@ fn in_cabin(
     (position, back * velocity - rate.cross(&position))
 }
 
-fn row(t_s: f64, gravity: [f64; 3], rate: [f64; 3]) -> Row {
-    Row {
+fn row(t_s: f64, gravity: [f64; 3], rate: [f64; 3]) -> ProfileRow {
+    ProfileRow {
         t_s,
         gravity_x_m_s2: gravity[0],
         gravity_y_m_s2: gravity[1],
@@ -330,7 +330,7 @@ fn a_free_knot_in_a_cabin_follows_the_closed_form() {
     let gravity = [[0.01, -0.02, 0.098], [-0.03, 0.01, 0.05]];
     let rate = [[0.02, 0.3, -0.1], [-0.05, 0.1, 0.2]];
     let constant = Values { gravity: gravity[0].into(), rate: rate[0].into() };
-    let cabin = Cabin { constant, rows: Vec::new(), centre: Vector3::zeros() };
+    let cabin = CabinMotion { constant, rows: Vec::new(), centre: Vector3::zeros() };
     let mut state = knot(r, v);
     fly(&cabin, &mut state, Matrix3::identity(), 5e-4, 6000, |_| {});
     let (position, velocity) = in_cabin(constant.rate, constant.gravity, r, v, 3.0);
@@ -344,7 +344,7 @@ fn a_free_knot_in_a_cabin_follows_the_closed_form() {
         row(1.0, gravity[1], rate[1]),
         row(3.0, gravity[1], rate[1]),
     ];
-    let cabin = Cabin { constant: Values::default(), rows, centre: Vector3::zeros() };
+    let cabin = CabinMotion { constant: Values::default(), rows, centre: Vector3::zeros() };
     let mut state = knot(r, v);
     fly(&cabin, &mut state, Matrix3::identity(), 5e-4, 6000, |_| {});
     let (first, second) = (Vector3::from(rate[0]), Vector3::from(rate[1]));
@@ -360,7 +360,7 @@ fn a_free_knot_in_a_cabin_follows_the_closed_form() {
 fn a_free_knot_flies_straight_while_the_cabin_speeds_up() {
     let centre = Vector3::new(-2.0, 0.5, 1.0);
     let rows = vec![row(0.0, [0.0; 3], [0.0, 0.1, 0.0]), row(2.0, [0.0; 3], [0.0, 0.5, 0.0])];
-    let cabin = Cabin { constant: Values::default(), rows, centre };
+    let cabin = CabinMotion { constant: Values::default(), rows, centre };
     let (r, v) = (Vector3::new(0.3, -0.2, 0.5), Vector3::new(1.8, 0.1, -0.2));
     let mut state = knot(r, v);
     fly(&cabin, &mut state, Matrix3::identity(), 5e-4, 4000, |_| {});
@@ -375,7 +375,7 @@ fn a_free_knot_flies_straight_while_the_cabin_speeds_up() {
 #[test]
 fn finer_steps_converge() {
     let constant = Values { gravity: Vector3::new(0.1, 0.0, 0.3), rate: Vector3::new(0.5, 1.0, -0.2) };
-    let cabin = Cabin { constant, rows: Vec::new(), centre: Vector3::zeros() };
+    let cabin = CabinMotion { constant, rows: Vec::new(), centre: Vector3::zeros() };
     let (r, v) = (Vector3::new(0.3, -0.2, 0.5), Vector3::new(1.8, 0.1, -0.2));
     let (expected, _) = in_cabin(constant.rate, constant.gravity, r, v, 2.0);
     let error = |n_steps: u64| {
@@ -409,7 +409,7 @@ fn after_100_s_of_free_drift_the_cubesat_scene_matches_the_linear_solution() {
     let last = run.frames.time.len() - 1;
     let time = run.frames.time[last];
     let centre = |of: &[Vector3<f64>]| {
-        of.iter().zip(&case.net.mass).map(|(x, m)| *m * x).sum::<Vector3<f64>>() / case.net.total_mass()
+        of.iter().zip(&case.net().mass).map(|(x, m)| *m * x).sum::<Vector3<f64>>() / case.net().total_mass()
     };
     let target = run.frames.target[0].position;
     let still = Vector3::zeros();
@@ -418,7 +418,7 @@ fn after_100_s_of_free_drift_the_cubesat_scene_matches_the_linear_solution() {
     below("target, over its drift", (run.frames.target[last].position - expected).norm() / drift, 1e-4);
     within("its drift", drift, [0.1, 1.0]);
 
-    let (start, velocity) = (centre(&case.net.folded), centre(&case.net.launch_velocity));
+    let (start, velocity) = (centre(&case.net().folded), centre(&case.net().launch_velocity));
     let expected = clohessy_wiltshire(n, start, velocity, time);
     let straight = start + time * velocity;
     let found = centre(&run.frames.knots[last]);

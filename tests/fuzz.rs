@@ -80,7 +80,7 @@ impl Stock {
         ] {
             let changes: Vec<String> = changes.into_iter().map(str::to_owned).collect();
             let case = Case::load(name, &changes).unwrap_or_else(|problems| panic!("{problems}"));
-            scenes.push(serde_json::to_value(&case.scene).unwrap());
+            scenes.push(serde_json::to_value(case.scene()).unwrap());
         }
         let mut shapes: Vec<Value> =
             Kind::Shape.names().iter().filter_map(|name| Kind::Shape.text(name)).map(parsed).collect();
@@ -196,12 +196,12 @@ fn outcome<T>(result: Result<T, Problems>, go_on: impl FnOnce(T)) -> Outcome {
 
 /// A few steps of what passed the checks, where they are not dear.
 fn steps(case: Case) {
-    let solver = &case.scene.solver;
-    let rounds = u64::from(solver.sweeps_max.max(solver.snap_passes)) * u64::from(case.time_step.substeps);
+    let solver = &case.scene().solver;
+    let rounds = u64::from(solver.sweeps_max.max(solver.snap_passes)) * u64::from(case.time_step().substeps);
     // In flight, or where a step makes energy.
-    let cut = (case.time_step.step / case.resolving_step()).clamp(1.0, 1e9) as u64;
-    let parts = case.target.as_ref().map_or(0, |target| target.parts.len());
-    if rounds.saturating_mul(cut).saturating_mul(case.net.n_knots() as u64) > 1_000_000 || parts > 100 {
+    let cut = (case.time_step().step / case.resolving_step()).clamp(1.0, 1e9) as u64;
+    let parts = case.target().map_or(0, |target| target.parts.len());
+    if rounds.saturating_mul(cut).saturating_mul(case.net().n_knots() as u64) > 1_000_000 || parts > 100 {
         return;
     }
     let mut simulation = Simulation::new(&case);
@@ -238,7 +238,7 @@ fn read(stock: &Stock, reader: &str, ending: &str, bytes: Vec<u8>, folder: &Path
         "profile" => outcome(with("/effects/cabin", json!({ "profile": name })), steps),
         "member" => known(
             serde_json::from_slice::<ensemble::Member>(&bytes).is_ok()
-                | serde_json::from_slice::<track::Member>(&bytes).is_ok(),
+                | serde_json::from_slice::<track::TrackMember>(&bytes).is_ok(),
         ),
         "cost" => known(serde_json::from_slice::<cost::Study>(&bytes).is_ok()),
         other => panic!("tests/corpus/{other} has no reader"),

@@ -31,10 +31,10 @@ fn nets(meshes: std::ops::RangeInclusive<u32>) -> impl Strategy<Value = Value> {
                      "cable": { "material": material, "diameter_m": diameter, "damping_ratio": damping } },
             "launch": { "speed_m_s": speed, "angle_deg": angle }
         });
-        let net = common::case_of(scene.clone()).net;
+        let net = common::case_of(scene.clone()).net().clone();
         let lightest = net.mass.iter().copied().fold(f64::INFINITY, f64::min);
         scene["net"]["bullet_mass_kg"] = json!(mass_ratio * lightest);
-        let net = common::case_of(scene.clone()).net;
+        let net = common::case_of(scene.clone()).net().clone();
         let fastest = net.cables.iter().map(|cable| cable.natural_frequency()).fold(0.0, f64::max);
         let step = (5.0 / fastest).min(5e-4);
         // Twice the way across the net: it opens and falls back. At most 4000 steps.
@@ -87,7 +87,7 @@ fn kept(case: &Case, run: &Run) -> Result<(), TestCaseError> {
     prop_assert!(found.energy_residual < 1e-3, "{found:?}"); // measured 6.6e-5
     // Joints measured 6.8e-4. The symplectic method of an undamped net keeps another energy than this one,
     // which swings about it: measured 0.017.
-    let rise = if case.scene.solver.cables == CableModel::Joints { 2e-3 } else { 0.05 };
+    let rise = if case.scene().solver.cables == CableModel::Joints { 2e-3 } else { 0.05 };
     prop_assert!(found.energy_rise < rise, "{found:?}");
     prop_assert!(found.energy_end_j <= found.energy_start_j * 1.001, "{found:?}");
     Ok(())
@@ -125,7 +125,7 @@ proptest! {
     fn a_symmetric_net_stays_symmetric(scene in nets(2..=5)) {
         let case = resolved(scene);
         let run = common::run(&case);
-        let [rows, columns] = case.net.grid;
+        let [rows, columns] = case.net().grid;
         let frame = early(&case, &run);
         let knots = &run.frames.knots[frame];
         for row in 0..rows {
@@ -146,7 +146,7 @@ proptest! {
         scene["net"]["meshes"][1] = scene["net"]["meshes"][0].clone();
         let case = resolved(scene);
         let run = common::run(&case);
-        let side = case.net.grid[0];
+        let side = case.net().grid[0];
         let knots = &run.frames.knots[early(&case, &run)];
         for row in 0..side {
             for column in 0..side {
@@ -185,7 +185,7 @@ proptest! {
         }
         prop_assert!(found.momentum_residual < 1e-9, "{found:?}");
         // Friction acts on the surface of a knot, which is a point and does not turn.
-        let bound = if case.scene.effects.friction.is_some() { 1e-3 } else { 1e-9 };
+        let bound = if case.scene().effects.friction.is_some() { 1e-3 } else { 1e-9 };
         prop_assert!(found.angular_momentum_residual < bound, "{found:?}"); // measured 2e-4 and 2e-15
         prop_assert!(found.energy_residual < 1e-6 * (1.0 + found.energy_rise), "{found:?}");
     }
@@ -233,14 +233,14 @@ fn a_quarter_of_the_step_comes_nearer() {
         let mut ratios: Vec<f64> = (0..12)
             .map(|_| {
                 let case = resolved(nets(2..=4).new_tree(&mut runner).unwrap().current());
-                let mut scene = serde_json::to_value(&case.scene).unwrap();
+                let mut scene = serde_json::to_value(case.scene()).unwrap();
                 let run = common::run(&case);
                 scene["duration_s"] = json!(run.frames.time[early(&case, &run)]);
                 scene["solver"]["cables"] = json!(cables);
                 scene["solver"]["contact"] = json!(contact);
-                scene["output"]["sample_s"] = json!(case.time_step.step);
+                scene["output"]["sample_s"] = json!(case.time_step().step);
                 let [coarse, middle, fine] = [1.0, 0.25, 0.0625].map(|share| {
-                    scene["solver"]["step_s"] = json!(share * case.time_step.step);
+                    scene["solver"]["step_s"] = json!(share * case.time_step().step);
                     let run = common::run(&common::case_of(scene.clone()));
                     run.frames.knots.last().unwrap().clone()
                 });
@@ -263,7 +263,7 @@ fn a_quarter_of_the_step_comes_nearer() {
 /// up to a tenth of the net. The source's bullets (240 to 440 knots) keep theirs to 5e-7 m.
 fn resolved(mut scene: Value) -> Case {
     scene["net"]["cable"]["material"] = soft();
-    let net = common::case_of(scene.clone()).net;
+    let net = common::case_of(scene.clone()).net().clone();
     let fastest = net.cables.iter().map(|cable| cable.natural_frequency()).fold(0.0, f64::max);
     // A half cycle of more than the 30 steps from which a cable no longer snaps.
     scene["solver"]["step_s"] = json!(0.1 / fastest);
@@ -280,9 +280,9 @@ fn soft() -> Value {
 /// The frame half-way to where the bullets would have opened the net had nothing held them: cables
 /// have gone taut, the trembling of the last digits has not grown yet.
 fn early(case: &Case, run: &Run) -> usize {
-    let launch = &case.scene.launch;
-    let ratio = case.scene.net.fold.ratio;
-    let half_diagonal = (case.net.folded[case.net.bullets[0]]).norm() / ratio;
+    let launch = &case.scene().launch;
+    let ratio = case.scene().net.fold.ratio;
+    let half_diagonal = (case.net().folded[case.net().bullets[0]]).norm() / ratio;
     let outward = launch.speed_m_s * launch.angle_deg.to_radians().sin();
     let time = 0.5 * (1.0 - ratio) * half_diagonal / outward;
     run.frames.time.partition_point(|&t| t <= time) - 1
@@ -290,5 +290,5 @@ fn early(case: &Case, run: &Run) -> usize {
 
 /// Side of the deployed net [m].
 fn size(case: &Case) -> f64 {
-    case.net.designed_area.sqrt()
+    case.net().designed_area.sqrt()
 }

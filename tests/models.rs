@@ -15,7 +15,7 @@
 
 mod common;
 
-use common::{below, case_of, in_turned_frame, pairs, within};
+use common::{below, case_of, changed, in_turned_frame, pairs, within};
 use nalgebra::{Rotation3, Vector3, vector};
 use serde_json::json;
 use tumblenet::case::Case;
@@ -85,7 +85,7 @@ fn plate(response: &Response, net: Net, restitution: f64) -> Case {
     let linear = json!({ "law": "spring-dashpot", "stiffness": STIFFNESS, "damping_n_s_m": DAMPING });
     let bounces = response.bounce == Bounce::Restitution;
     let (cables, contact) = response.pair.split_once('+').unwrap();
-    let mut case = case_of(json!({
+    let case = case_of(json!({
         "title": "plate", "duration_s": 0.5,
         "net": { "meshes": [1, 1], "mesh_length_m": 0.1, "bullet_mass_kg": 0.1,
                  "cable": { "material": "nylon", "diameter_m": 0.001 } },
@@ -97,14 +97,12 @@ fn plate(response: &Response, net: Net, restitution: f64) -> Case {
                     "sweeps": 64, // four contacts of one plate do not settle to rounding in fewer
                     "penalty": if bounces { json!({}) } else { linear } }
     }));
-    case.net = net;
-    case.time_step = response.time_step;
-    case
+    changed(case, |built| (built.net, built.time_step) = (net, response.time_step))
 }
 
 fn simulate(case: &Case, seconds: f64) -> Simulation {
     let mut simulation = Simulation::new(case);
-    for _ in 0..(seconds / case.time_step.step).round() as u64 {
+    for _ in 0..(seconds / case.time_step().step).round() as u64 {
         simulation.step().unwrap();
     }
     simulation
@@ -134,7 +132,7 @@ fn responses_leave_alone_what_does_not_come_near() {
         for net in [still, passing, leaving] {
             let case = plate(response, net, 0.5);
             let simulation = simulate(&case, 0.1);
-            let drift = case.net.folded[0] + 0.1 * case.net.launch_velocity[0];
+            let drift = case.net().folded[0] + 0.1 * case.net().launch_velocity[0];
             let state = &simulation.state;
             below(&response.name(), (state.knots.position[0] - drift).norm(), 1e-12);
             assert_eq!(state.target.unwrap().velocity, Vector3::zeros(), "{}", response.name());
@@ -247,11 +245,13 @@ fn responses_converge_with_the_step() {
         let finest = if response.time_step.step < 1e-4 { 8.0 } else { 1.0 };
         let substep = finest * response.time_step.step / f64::from(response.time_step.substeps);
         let error = |coarser: f64, start: f64| {
-            let mut case = plate(response, one_knot([start, 0.0, 0.0], [1.0, 0.0, 0.0]), 1.0);
-            if let Some(target) = &mut case.target {
-                target.motion = tumblenet::target::spec::Motion::Fixed;
-            }
-            case.time_step.step *= coarser * finest;
+            let case = plate(response, one_knot([start, 0.0, 0.0], [1.0, 0.0, 0.0]), 1.0);
+            let case = changed(case, |built| {
+                if let Some(target) = &mut built.target {
+                    target.motion = tumblenet::target::spec::Motion::Fixed;
+                }
+                built.time_step.step *= coarser * finest;
+            });
             let found = simulate(&case, end).state.knots.position[0].x;
             let left = end - (face - start);
             let wanted = match response.bounce {
@@ -292,16 +292,14 @@ fn pair(apart: f64, velocity: [[f64; 3]; 2]) -> Net {
 
 fn of_model(model: &(&str, &str, &str, TimeStep), net: Net) -> Case {
     let contact = if model.1 == "joints" { "rapier" } else { "impulse" };
-    let mut case = case_of(json!({
+    let case = case_of(json!({
         "title": "cable", "duration_s": 0.5,
         "net": { "meshes": [1, 1], "mesh_length_m": 0.1, "bullet_mass_kg": 0.1,
                  "cable": { "material": "nylon", "diameter_m": 0.001 } },
         "launch": { "speed_m_s": 2.0, "angle_deg": 25.0 },
         "solver": { "cables": model.1, "contact": contact, "integrator": model.2 }
     }));
-    case.net = net;
-    case.time_step = model.3;
-    case
+    changed(case, |built| (built.net, built.time_step) = (net, model.3))
 }
 
 #[test]
@@ -317,7 +315,7 @@ fn cables_that_are_slack_do_nothing() {
             let case = of_model(model, pair(apart, velocity));
             let simulation = simulate(&case, 0.1);
             for knot in 0..2 {
-                let drift = case.net.folded[knot] + 0.1 * case.net.launch_velocity[knot];
+                let drift = case.net().folded[knot] + 0.1 * case.net().launch_velocity[knot];
                 below(model.0, (simulation.state.knots.position[knot] - drift).norm(), 1e-11);
             }
         }
@@ -371,8 +369,7 @@ fn cables_converge_with_the_step() {
             let mut net =
                 common::knots(&[(100.0, [0.0; 3], [0.0; 3]), (1.0, [0.0, 1.0, 0.0], [2.0, 0.0, 0.0])]);
             common::tie(&mut net, [0, 1], 1.0, 500.0, 0.3);
-            let mut case = of_model(model, net);
-            case.time_step.step /= finer;
+            let case = changed(of_model(model, net), |built| built.time_step.step /= finer);
             simulate(&case, 0.5).state.knots.position[1]
         };
         let finest = swing(64.0);

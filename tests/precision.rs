@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{below, case_of, scene, small_scene, within};
+use common::{below, case_of, changed, scene, small_scene, within};
 use serde_json::json;
 use tumblenet::simulation::Simulation;
 
@@ -18,7 +18,7 @@ fn in_f32_a_tumbling_stage_keeps_energy_and_angular_momentum() {
     scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [2.5, 10.0, 5.0] }] },
         "mass_kg": 8000.0, "distance_m": 100.0, "spin_rad_s": [0.001, 0.0, 0.2] });
     let case = case_of(scene);
-    let inertia = case.target.as_ref().unwrap().inertia;
+    let inertia = case.target().unwrap().inertia;
     let mut simulation = Simulation::new(&case);
     let start = simulation.state.target.unwrap();
     let (energy, momentum) = (start.kinetic_energy(8000.0, &inertia), start.angular_momentum(&inertia));
@@ -42,12 +42,10 @@ fn in_f32_a_slow_net_far_from_the_origin_stands_still() {
         let mut scene = small_scene();
         scene["launch"] = json!({ "speed_m_s": 0.05, "angle_deg": 0.0 });
         scene["solver"] = json!({ "step_s": 0.0005, "precision": precision });
-        let mut case = case_of(scene);
-        for place in &mut case.net.folded {
-            place.x += 1000.0;
-        }
+        let case =
+            changed(case_of(scene), |built| built.net.folded.iter_mut().for_each(|place| place.x += 1000.0));
         let mut simulation = Simulation::new(&case);
-        let bullet = case.net.bullets[0];
+        let bullet = case.net().bullets[0];
         let from = simulation.state.knots.position[bullet];
         for _ in 0..200 {
             simulation.step().unwrap();

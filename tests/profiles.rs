@@ -35,17 +35,17 @@ fn a_profile_beside_the_scene_is_read_and_acts() {
     let folder = profile(&rows);
     let effects = json!({ "cabin": { "profile": "flight.csv" } });
     let case = with(effects.clone(), Some(folder.path())).unwrap();
-    assert_eq!(case.scene.effects.cabin.as_ref().unwrap().rows.len(), 2);
+    assert_eq!(case.scene().effects.cabin.as_ref().unwrap().rows.len(), 2);
     // A slack knot in the middle of the net falls: the profile's 0.1 m/s² for 0.5 s.
     let constant = with(json!({ "cabin": { "gravity_m_s2": [0.0, 0.0, 0.1] } }), None).unwrap();
     let (by_file, by_hand) = (run(&case), run(&constant));
     assert!(by_file.frames.knots == by_hand.frames.knots, "a profile of equal rows is a constant");
-    let mass = case.net.total_mass();
+    let mass = case.net().total_mass();
     let gained = by_file.frames.momentum.last().unwrap().z / mass;
     assert!((gained - 0.1 * 0.5).abs() < 1e-12, "{gained}");
     // The scene's hash knows the file's numbers.
     let other = profile(&rows.replace("0.1", "0.2"));
-    assert_ne!(with(effects, Some(other.path())).unwrap().hash, case.hash);
+    assert_ne!(with(effects, Some(other.path())).unwrap().hash(), case.hash());
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{below, case_of, knots, small_scene, tie};
+use common::{below, case_of, changed, knots, small_scene, tie};
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::friction::Law;
@@ -34,14 +34,16 @@ fn sliding(pair: &str, law: Law, speed: f64) -> Case {
         "mass_kg": 1.0, "motion": "fixed" });
     scene["solver"] = json!({ "cables": cables, "contact": contact });
     scene["effects"] = json!({ "friction": parameters(law), "cabin": { "gravity_m_s2": [G, 0.0, 0.0] } });
-    let mut case = case_of(scene);
-    case.time_step.substeps = (case.time_step.substeps as f64 * STEP / case.time_step.step).ceil() as u32;
-    case.time_step.step = STEP;
-    case.target.as_mut().unwrap().position.x = 0.1;
     // A net has a cable: a slack one, to a knot that falls past the plate.
     let mut net = knots(&[(MASS, [-5e-4, -0.5, 0.0], [0.0, speed, 0.0]), (MASS, [-0.5, 0.0, 3.0], [0.0; 3])]);
     tie(&mut net, [0, 1], 100.0, 100.0, 0.1);
-    Case { net, ..case }
+    changed(case_of(scene), |built| {
+        let time_step = &mut built.time_step;
+        time_step.substeps = (f64::from(time_step.substeps) * STEP / time_step.step).ceil() as u32;
+        time_step.step = STEP;
+        built.target.as_mut().unwrap().position.x = 0.1;
+        built.net = net;
+    })
 }
 
 /// Speed and way along Y after `time` by the law's closed form, dv/dt = −μ(v) g, in steps of 1 µs.

@@ -7,7 +7,7 @@ use tumblenet::case::Case;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::run::Run;
-use tumblenet::study::ensemble::{self, Ensemble, Request};
+use tumblenet::study::ensemble::{self, Ensemble, EnsembleRequest};
 
 fn case(scene: &str, changes: &[&str]) -> Case {
     let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
@@ -32,12 +32,12 @@ fn explicit_net_flies_as_the_oracle_does() {
         let step = format!("solver.step_s={step}");
         let integrator = format!("solver.integrator={integrator}");
         let case = case("deployment-kevlar", &[&changes[..], &[&step, &integrator]].concat());
-        let oracle = common::rk4_net(&case.net, 5e-6, &[0.2, 0.5]);
+        let oracle = common::rk4_net(case.net(), 5e-6, &[0.2, 0.5]);
         let (run, _) = run(&case);
         for ((time, frame), bound) in [0.2, 0.5].into_iter().zip(&oracle).zip(bounds) {
             let at = run.frames.time.iter().position(|t| (t - time).abs() < 1e-9).unwrap();
             let off = |&bullet: &usize| (run.frames.knots[at][bullet] - frame[bullet]).norm();
-            let worst = case.net.bullets.iter().map(off).fold(0.0, f64::max);
+            let worst = case.net().bullets.iter().map(off).fold(0.0, f64::max);
             println!("{integrator} {time} s: {worst:.1e} m");
             assert!(worst < bound, "{integrator}: bullets {worst:e} m off at {time} s");
         }
@@ -80,7 +80,7 @@ fn nothing_happens_to_a_net_at_rest() {
             ["duration_s=0.05", "expect=null", "capture.hold_s=0", "launch.speed_m_s=0", &cables, &contact];
         let case = case("cubesat-free", &changes);
         let (run, _) = run(&case);
-        assert_eq!(run.frames.knots.last().unwrap(), &case.net.folded, "{name}");
+        assert_eq!(run.frames.knots.last().unwrap(), &case.net().folded, "{name}");
     }
 }
 
@@ -109,7 +109,7 @@ fn hand_over_from_flight_keeps_momentum_and_energy() {
 
 #[test]
 fn both_contact_answers_capture_the_free_cubesat() {
-    let request = Request { members: 4, perturb_m: 1e-6, seed: 1, at_most_s: None };
+    let request = EnsembleRequest { members: 4, perturb_m: 1e-6, seed: 1, at_most_s: None };
     let mut found = Vec::new();
     for name in ["joints+rapier", "explicit+impulse"] {
         let [cables, contact] = changes_of(name);

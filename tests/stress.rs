@@ -1,10 +1,10 @@
 //! The catalogue of hard cases holds, and tells when one does not.
 
 use tumblenet::report::stress::{markdown, text};
-use tumblenet::study::stress::hard::Hard;
-use tumblenet::study::stress::{Stress, Verdict, catalogue, pairs, run};
+use tumblenet::study::stress::hard::StressCase;
+use tumblenet::study::stress::{Stress, StressVerdict, catalogue, pairs, run};
 
-fn named(name: &str) -> Hard {
+fn named(name: &str) -> StressCase {
     catalogue::all().into_iter().find(|case| case.name == name).unwrap_or_else(|| panic!("no {name}"))
 }
 
@@ -24,10 +24,11 @@ const LONG: [&str; 3] = ["ten-thousand-knots", "million-steps", "middle-axis-300
 /// All other cases under the default pair; the other pairs by `tumblenet stress`.
 #[test]
 fn the_default_pair_holds_every_hard_case() {
-    let cases: Vec<Hard> = catalogue::all().into_iter().filter(|case| !LONG.contains(&case.name)).collect();
+    let cases: Vec<StressCase> =
+        catalogue::all().into_iter().filter(|case| !LONG.contains(&case.name)).collect();
     let stress = run(&cases, &pairs()[..1], |_| None, |_, _| {});
     all_hold(&stress);
-    let held = |verdict| matches!(verdict, Verdict::Holds | Verdict::Refused);
+    let held = |verdict| matches!(verdict, StressVerdict::Holds | StressVerdict::Refused);
     let not_held = stress.rows.iter().filter(|row| !held(row.verdict));
     let names: Vec<&str> = not_held.map(|row| row.case.as_str()).collect();
     assert_eq!(names, KNOWN, "{}", text(&stress));
@@ -45,20 +46,20 @@ fn names_of_cases_are_unique_and_limits_name_pairs() {
 #[test]
 fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
     let pair = &pairs()[..1];
-    let verdict = |case: Hard| run(&[case], pair, |_| None, |_, _| {}).rows.remove(0);
+    let verdict = |case: StressCase| run(&[case], pair, |_| None, |_, _| {}).rows.remove(0);
 
     let strict = named("one-point").bounded(|bounds| bounds.strain = Some(-1.0));
     let row = verdict(strict.clone());
-    assert_eq!(row.verdict, Verdict::Breaks);
+    assert_eq!(row.verdict, StressVerdict::Breaks);
     assert!(row.notes.iter().any(|note| note.starts_with("strain")), "{:?}", row.notes);
     assert!(row.halved.is_some(), "measured at half the step, too");
 
     // Foretold, without a limit and with one that does not help.
     let strain = [("strain", -0.5, 2.0)];
     let foretold = strict.clone().limited(pair[0], "it cannot", &[], &strain);
-    assert_eq!(verdict(foretold).verdict, Verdict::DoesNotHold);
+    assert_eq!(verdict(foretold).verdict, StressVerdict::DoesNotHold);
     let helpless = strict.clone().limited(pair[0], "it cannot", &["solver.sweeps=4"], &strain);
-    assert_eq!(verdict(helpless).verdict, Verdict::Breaks);
+    assert_eq!(verdict(helpless).verdict, StressVerdict::Breaks);
 
     // Worse than foretold, another number than foretold, and a limit that nothing needs any more.
     for (case, band, words) in [
@@ -67,16 +68,16 @@ fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
         (&named("one-point"), ("energy", 0.1, 1.0), "no longer needed"),
     ] {
         let row = verdict(case.clone().limited(pair[0], "it cannot", &[], &[band]));
-        assert_eq!(row.verdict, Verdict::Breaks, "{words}");
+        assert_eq!(row.verdict, StressVerdict::Breaks, "{words}");
         assert!(row.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", row.notes);
     }
     let skipped = named("one-point").not_run(pair[0], "too long");
-    assert_eq!(verdict(skipped).verdict, Verdict::NotRun);
+    assert_eq!(verdict(skipped).verdict, StressVerdict::NotRun);
 
     let mut inside = named("knots-inside");
-    assert_eq!(verdict(inside.clone()).verdict, Verdict::Refused);
+    assert_eq!(verdict(inside.clone()).verdict, StressVerdict::Refused);
     inside.refusals = vec!["net.meshes"];
-    assert_eq!(verdict(inside).verdict, Verdict::Breaks, "refused, but not where the case says");
+    assert_eq!(verdict(inside).verdict, StressVerdict::Breaks, "refused, but not where the case says");
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     for scene in &arguments.scenes {
         match Case::load_within(scene, &[], limits) {
             Ok(case) => {
-                print(&format!("{scene}: ok, {}", visible(&case.scene.title, false)))?;
+                print(&format!("{scene}: ok, {}", visible(&case.scene().title, false)))?;
                 for warning in warnings::before(&case) {
                     tell(&format!("warning: {scene}: {warning}"));
                 }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use tumblenet::report::{compare as report, files};
 use tumblenet::scene::Source;
-use tumblenet::study::compare::track::Member;
+use tumblenet::study::compare::track::TrackMember;
 use tumblenet::study::compare::variants::{Variant, of_scenes};
-use tumblenet::study::compare::{self, Comparison, Request, TRUST_SHARE};
+use tumblenet::study::compare::{self, CompareRequest, Comparison, TRUST_SHARE};
 use tumblenet::study::{ensemble, settle};
 
 use super::members::Kept;
@@ -89,12 +89,12 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
 
     // One of them can be run, or `variants` would have said so.
     let Some(base) = variants.iter().find_map(|variant| variant.case.as_ref().ok()) else { return Ok(()) };
-    let side = base.net.designed_area.sqrt();
+    let side = base.net().designed_area.sqrt();
     let cases = || variants.iter().filter_map(|variant| variant.case.as_ref().ok());
-    let longest = cases().map(|case| case.scene.duration_s.0).fold(0.0, f64::max);
+    let longest = cases().map(|case| case.scene().duration_s.0).fold(0.0, f64::max);
     let at_most = arguments.until.map(|_| arguments.at_most.unwrap_or(settle::TIMES * longest));
-    let request = Request {
-        ensemble: ensemble::Request {
+    let request = CompareRequest {
+        ensemble: ensemble::EnsembleRequest {
             members: arguments.members as usize,
             perturb_m: arguments.perturb,
             seed: arguments.seed,
@@ -105,7 +105,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     };
     request.ensemble.check(base)?;
     let title = match &sources[..] {
-        [_] => base.scene.title.clone(),
+        [_] => base.scene().title.clone(),
         _ => arguments.scenes.join(", "),
     };
     interrupt::leaves(format!(
@@ -129,24 +129,24 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
 fn members(
     name: &str,
     variants: &[Variant],
-    request: &Request,
+    request: &CompareRequest,
     out: &Path,
-) -> Result<Vec<Vec<Member>>, Error> {
+) -> Result<Vec<Vec<TrackMember>>, Error> {
     let mut kept: Vec<Option<Kept>> = Vec::new();
     for variant in variants {
         let case = variant.case.as_ref().ok();
         kept.push(case.map(|case| Kept::open(out, "runs", case, &request.ensemble)).transpose()?);
     }
     // A run that shared the machine has no fair wall time.
-    let fair = |member: &Member| !request.serial || member.at_once == 1;
-    let known: Vec<Vec<Member>> = kept
+    let fair = |member: &TrackMember| !request.serial || member.at_once == 1;
+    let known: Vec<Vec<TrackMember>> = kept
         .iter()
         .map(|kept| {
             kept.as_ref().map_or_else(Vec::new, |kept| {
-                kept.known(request.ensemble.members, |member: &Member| member.member)
+                kept.known(request.ensemble.members, |member: &TrackMember| member.member)
             })
         })
-        .map(|members: Vec<Member>| members.into_iter().filter(fair).collect())
+        .map(|members: Vec<TrackMember>| members.into_iter().filter(fair).collect())
         .collect();
     let bar = progress_bar((request.ensemble.members * kept.iter().flatten().count()) as u64, name);
     bar.set_position(known.iter().map(Vec::len).sum::<usize>() as u64);

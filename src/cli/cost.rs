@@ -13,12 +13,12 @@ use tumblenet::report::cost as report;
 use tumblenet::report::files::{self, WriteError};
 use tumblenet::scene::Source;
 use tumblenet::study::cost::accuracy::Table;
-use tumblenet::study::cost::{self, Request, Store, Study};
+use tumblenet::study::cost::{self, Store, Study, StudyRequest};
 use tumblenet::study::ensemble;
 
 use super::members::{Kept, MOST_KEPT};
 use super::reading::{Reading, time};
-use super::run::progress_bar;
+use super::run::{duration, progress_bar};
 use super::{Error, Format, json, print};
 
 /// Arguments of `cost`.
@@ -35,7 +35,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TIME", default_value = "90s", value_parser = budget)]
     budget: f64,
     /// Time up to which errors are quoted [s]; left out: as far as chaos lets them mean something.
-    #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = above_zero)]
+    #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = duration)]
     at: Option<f64>,
     /// Changes a value of the scene first, as `run` does.
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -51,13 +51,6 @@ pub struct Arguments {
     /// How the result is printed.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-}
-
-fn above_zero(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("a number of seconds above 0".to_owned()),
-    }
 }
 
 /// A time with its unit [s].
@@ -98,7 +91,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     // Checked before the folder is made, and the folder before the runs.
     Case::build(&source)?;
     files::make_folder(&out)?;
-    let request = Request { budget_s: arguments.budget, seed: arguments.seed, at_s: arguments.at };
+    let request = StudyRequest { budget_s: arguments.budget, seed: arguments.seed, at_s: arguments.at };
     let folder = Folder { out: &out, seed: arguments.seed, unwritten: Mutex::new(None) };
     let bar = progress_bar(1000, &source.name);
     let study = cost::run(&source, &request, &folder, |what, share| {
@@ -126,7 +119,8 @@ struct Folder<'a> {
 
 impl Folder<'_> {
     fn open(&self, case: &Case, kind: &str) -> Result<Kept, WriteError> {
-        let request = ensemble::Request { members: 0, perturb_m: 0.0, seed: self.seed, at_most_s: None };
+        let request =
+            ensemble::EnsembleRequest { members: 0, perturb_m: 0.0, seed: self.seed, at_most_s: None };
         Kept::open(self.out, kind, case, &request)
     }
 

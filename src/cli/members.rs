@@ -10,7 +10,7 @@ use tumblenet::case::Case;
 use tumblenet::limits;
 use tumblenet::report::files::{self, WriteError};
 use tumblenet::report::results;
-use tumblenet::study::ensemble::Request;
+use tumblenet::study::ensemble::EnsembleRequest;
 
 /// Most bytes of a kept file that is read again; the largest are some megabytes.
 pub const MOST_KEPT: u64 = 256 << 20;
@@ -23,9 +23,9 @@ pub struct Kept {
 
 impl Kept {
     /// The place of members of this case, request and program in the folder `out`; `kind` tells apart what is kept.
-    pub fn open(out: &Path, kind: &str, case: &Case, request: &Request) -> Result<Kept, WriteError> {
+    pub fn open(out: &Path, kind: &str, case: &Case, request: &EnsembleRequest) -> Result<Kept, WriteError> {
         let until = request.at_most_s.map_or_else(String::new, |at_most| format!("-{at_most}"));
-        let key = format!("{}-{:e}-{}{until}-{}", case.hash, request.perturb_m, request.seed, program());
+        let key = format!("{}-{:e}-{}{until}-{}", case.hash(), request.perturb_m, request.seed, program());
         let folder = out.join(kind).join(key);
         files::make_folder(&folder)?;
         Ok(Kept { folder, unwritten: Mutex::new(None) })

@@ -15,7 +15,7 @@ use tumblenet::report::{ensemble as report, results, table};
 use tumblenet::scene::{self, Source};
 use tumblenet::study::cost::accuracy::{Accuracy, Table};
 use tumblenet::study::cost::advice;
-use tumblenet::study::ensemble::{self, Ensemble, Member, Request};
+use tumblenet::study::ensemble::{self, Ensemble, EnsembleRequest, Member};
 use tumblenet::study::settle;
 
 use super::members::Kept;
@@ -135,7 +135,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     };
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
     let at_most = at_most(&case, arguments, &limits)?;
-    let request = |members: u32| Request {
+    let request = |members: u32| EnsembleRequest {
         members: members as usize,
         perturb_m: arguments.perturb,
         seed: arguments.seed,
@@ -184,14 +184,14 @@ fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accu
     let studied = default_folder(&case).join("cost").join("cost.json");
     let own = studied.exists().then(|| cost::read(&studied)).transpose();
     // A study of another version, or of the scene before it was changed, says nothing.
-    let own = own.ok().flatten().filter(|study| study.scene_hash == case.hash);
+    let own = own.ok().flatten().filter(|study| study.scene_hash == case.hash());
     let found = match &own {
         Some(study) => study.find(&case, accuracy),
         None => Table::built_in().find(&case, accuracy),
     };
     let found = found.map_err(|finest| {
         let mut problems = Problems::new("--accuracy");
-        let wanted = advice::length(accuracy.length(case.net.designed_area.sqrt()));
+        let wanted = advice::length(accuracy.length(case.net().designed_area.sqrt()));
         let rule = match own {
             Some(_) => "what the study of this scene reached",
             None => "what was measured for such scenes; `tumblenet cost` measures this one",
@@ -208,18 +208,18 @@ fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accu
 
 /// Where the results go when no folder is named.
 pub(super) fn default_folder(case: &Case) -> PathBuf {
-    Path::new("results").join(&case.name)
+    Path::new("results").join(case.name())
 }
 
 /// For how long at most a run goes on beyond the scene's end [s]; none: it ends there.
 fn at_most(case: &Case, arguments: &Arguments, limits: &Limits) -> Result<Option<f64>, Problems> {
     let Some(Until::Settled) = arguments.until else { return Ok(None) };
     let mut problems = Problems::new("--until settled");
-    if case.target.is_none() {
+    if case.target().is_none() {
         problems.add("", "a scene without a target", "a scene with a target");
     }
-    let at_most = arguments.at_most.unwrap_or(settle::TIMES * case.scene.duration_s.0);
-    let steps = at_most / case.time_step.step * f64::from(case.time_step.substeps);
+    let at_most = arguments.at_most.unwrap_or(settle::TIMES * case.scene().duration_s.0);
+    let steps = at_most / case.time_step().step * f64::from(case.time_step().substeps);
     if limits.exceeded(Limit::Steps, steps) {
         problems.add("--at-most", format!("{at_most} s, {steps:.3e} steps"), limits.allowed(Limit::Steps));
     }
@@ -230,7 +230,7 @@ fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> 
     // Before the run, not after: an unwritable folder should cost no run.
     results::make_place(out)?;
     interrupt::leaves("nothing of this run was written");
-    let bar = progress_bar(1000, &case.name);
+    let bar = progress_bar(1000, case.name());
     let progress = |share| bar.set_position((1000.0 * share) as u64);
     let (run, curves) = settle::run(case, at_most, progress)?;
     bar.finish_and_clear();
@@ -240,19 +240,19 @@ fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> 
     if let Some(time) = run.first_not_finite() {
         return Err(Error::Expectation(format!(
             "{}: not a finite number in the series at {time} s",
-            case.name
+            case.name()
         )));
     }
-    summary.sound().map_err(|why| Error::Expectation(format!("{}: {why}", case.name)))
+    summary.sound().map_err(|why| Error::Expectation(format!("{}: {why}", case.name())))
 }
 
 /// Whether the summary is what the scene expects.
 fn met(case: &Case, summary: &Summary) -> Result<(), Error> {
-    let missed = summary.missed(&case.scene.expect);
+    let missed = summary.missed(&case.scene().expect);
     if missed.is_empty() {
         return Ok(());
     }
-    Err(Error::Expectation(format!("{} is not what it expects:\n  {}", case.name, missed.join("\n  "))))
+    Err(Error::Expectation(format!("{} is not what it expects:\n  {}", case.name(), missed.join("\n  "))))
 }
 
 /// Where a member's results go, below those of its ensemble.
@@ -260,12 +260,12 @@ fn watched(out: &Path, member: usize) -> PathBuf {
     out.join(format!("member-{member}"))
 }
 
-fn many(case: &Case, request: &Request, out: &Path, arguments: &Arguments) -> Result<(), Error> {
+fn many(case: &Case, request: &EnsembleRequest, out: &Path, arguments: &Arguments) -> Result<(), Error> {
     let kept = Kept::open(out, "members", case, request)?;
     let place = out.display();
     interrupt::leaves(format!("finished members are kept in {place}; the same command goes on from them"));
     let known: Vec<Member> = kept.known(request.members, |member: &Member| member.member);
-    let bar = progress_bar(request.members as u64, &case.name);
+    let bar = progress_bar(request.members as u64, case.name());
     bar.set_position(known.len() as u64);
     let members = ensemble::run(case, request, known, |member| {
         kept.keep(member.member, member);
@@ -299,7 +299,13 @@ fn any_finished(ensemble: &Ensemble) -> Result<(), Error> {
 }
 
 /// Runs the first member of the kind `which` again and writes all its results.
-fn watch(case: &Case, request: &Request, ensemble: &Ensemble, which: Which, out: &Path) -> Result<(), Error> {
+fn watch(
+    case: &Case,
+    request: &EnsembleRequest,
+    ensemble: &Ensemble,
+    which: Which,
+    out: &Path,
+) -> Result<(), Error> {
     let found = ensemble.verdicts.iter().find(|ended| which.is(ended.verdict));
     let Some(ended) = found else {
         tell(&format!("--replay: no member of this kind among {}", ensemble.verdicts.len()));

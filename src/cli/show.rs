@@ -38,7 +38,7 @@ pub struct Arguments {
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let case = Case::load_changed(&arguments.scene, &arguments.changes, arguments.reading.limits()?)?;
     if arguments.json {
-        return print(&json(&case.scene));
+        return print(&json(case.scene()));
     }
     let mut simulation = Simulation::new(&case);
     let census = simulation.census();
@@ -46,11 +46,11 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let mut fact = |name: &str, value: String| {
         facts.add_row(vec![name.to_owned(), value]);
     };
-    fact("steps", format!("{} of {} s", case.n_steps(), number(case.time_step.step)));
-    fact("knots, cables", format!("{}, {}", case.net.n_knots(), case.net.cables.len()));
-    fact("net mass with bullets", format!("{} kg", number(case.net.total_mass())));
-    fact("launch energy", format!("{} J", number(case.net.launch_energy())));
-    if let Some(target) = &case.target {
+    fact("steps", format!("{} of {} s", case.n_steps(), number(case.time_step().step)));
+    fact("knots, cables", format!("{}, {}", case.net().n_knots(), case.net().cables.len()));
+    fact("net mass with bullets", format!("{} kg", number(case.net().total_mass())));
+    fact("launch energy", format!("{} J", number(case.net().launch_energy())));
+    if let Some(target) = case.target() {
         fact("target", format!("{} parts, {} kg", target.parts.len(), number(target.mass)));
         let inertia = target.inertia.symmetric_eigenvalues();
         let mut principal: Vec<f64> = inertia.iter().copied().collect();
@@ -66,10 +66,10 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     fact("cable joints", census.joints.to_string());
     if simulation.effect_names().is_empty() {
         fact("active effects", "none: no body, collider, joint or call of any".to_owned());
-        return print(&format!("{}\n{facts}", json(&case.scene)));
+        return print(&format!("{}\n{facts}", json(case.scene())));
     }
     let effects = effects(&case, &mut simulation, &folder(arguments, &case));
-    print(&format!("{}\n{facts}\n{effects}", json(&case.scene)))
+    print(&format!("{}\n{facts}\n{effects}", json(case.scene())))
 }
 
 /// A row an effect: what the engine gets for it, what else it installs, its share of a run's time.
@@ -80,8 +80,8 @@ fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> Table {
         table(&["active effect", "bodies", "colliders", "joints", "installs", "share of the run's time"]);
     for (name, installs) in simulation.effect_installs() {
         // Counted, not claimed: what the engine has less without it.
-        let mut less = case.clone();
-        less.scene.effects = less.scene.effects.without(name);
+        let less = case.clone().with_scene(|scene| scene.effects = scene.effects.without(name));
+        let Ok(less) = less else { continue };
         let without = Simulation::new(&less).census();
         let share = match &shares {
             Some(shares) => {
@@ -110,5 +110,5 @@ fn folder(arguments: &Arguments, case: &Case) -> PathBuf {
 fn time_shares(results: &Path, case: &Case) -> Option<Value> {
     let text = limits::read_file(&results.join("summary.json"), MOST_KEPT).ok()?;
     let summary: Value = serde_json::from_slice(&text).ok()?;
-    (summary["scene_hash"] == case.hash.as_str()).then(|| summary["time_shares"].clone())
+    (summary["scene_hash"] == case.hash()).then(|| summary["time_shares"].clone())
 }

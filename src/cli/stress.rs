@@ -7,8 +7,8 @@ use clap::Args;
 use tumblenet::problems::Problems;
 use tumblenet::report::files::WriteError;
 use tumblenet::report::{files, stress as report};
-use tumblenet::study::ensemble::Request;
-use tumblenet::study::stress::hard::Hard;
+use tumblenet::study::ensemble::EnsembleRequest;
+use tumblenet::study::stress::hard::StressCase;
 use tumblenet::study::stress::{self, Job, Stress, catalogue};
 
 use super::members::Kept;
@@ -83,15 +83,15 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
 
 /// The place of what a run came to.
 fn kept(out: &Path, job: &Job) -> Result<Kept, WriteError> {
-    let request = Request { members: 0, perturb_m: 0.0, seed: 0, at_most_s: None };
+    let request = EnsembleRequest { members: 0, perturb_m: 0.0, seed: 0, at_most_s: None };
     Kept::open(&out.join("runs"), &job.name, &job.case, &request)
 }
 
 /// The cases whose name or theme begins with one of `named`; all without any.
-fn cases(named: &[String], problems: &mut Problems) -> Vec<Hard> {
+fn cases(named: &[String], problems: &mut Problems) -> Vec<StressCase> {
     let all = catalogue::all();
     let begins =
-        |case: &Hard, name: &str| case.name.starts_with(name) || case.theme.title().starts_with(name);
+        |case: &StressCase, name: &str| case.name.starts_with(name) || case.theme.title().starts_with(name);
     for name in named {
         if name.is_empty() || !all.iter().any(|case| begins(case, name)) {
             let names: Vec<&str> = all.iter().map(|case| case.name).collect();

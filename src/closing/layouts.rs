@@ -131,7 +131,7 @@ fn deployed(net: &Net, knots: &[usize]) -> f64 {
 fn shortest(net: &Net, from: usize, to: usize) -> Vec<usize> {
     let mut before: Vec<Option<usize>> = vec![None; net.n_knots()];
     let mut neighbours = vec![Vec::new(); net.n_knots()];
-    for cable in &net.cables {
+    for cable in net.cables.iter() {
         neighbours[cable.a].push(cable.b);
         neighbours[cable.b].push(cable.a);
     }

@@ -207,7 +207,7 @@ impl Mechanism {
         for Line { thread, winch, .. } in &mut self.lines {
             winch.wind(|| thread.length(knots));
         }
-        self.pulled.settle(knots);
+        self.pulled.end_step(knots);
     }
 
     /// What it did since the last time; `after` are the knots as they are now.

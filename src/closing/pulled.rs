@@ -81,7 +81,7 @@ impl PulledKnots {
     }
 
     /// Hears how fast they are at the end of the step.
-    pub fn settle(&mut self, knots: &Knots) {
+    pub fn end_step(&mut self, knots: &Knots) {
         self.close(|pulled, _| knots.velocity[pulled.knot]);
     }
 

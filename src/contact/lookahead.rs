@@ -13,6 +13,8 @@
 //!
 //! for a slack one (x < 0) with x / h on the right: it may go taut within the step.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::row::{ContactRow, JacobianWeights, NetMotion};
@@ -27,7 +29,7 @@ const REST_MARGIN: f64 = 3.0;
 pub struct Lookahead {
     /// Knots of the net.
     pub n_knots: usize,
-    cables: Vec<Cable>,
+    cables: Arc<[Cable]>,
     /// Impulse of each cable within the last step [N s].
     impulse: Vec<f64>,
     /// The knots' contacts of the last step: knot, normal, point in the body frame, impulse.
@@ -42,7 +44,7 @@ impl Lookahead {
         Lookahead {
             n_knots: net.n_knots(),
             impulse: vec![0.0; net.cables.len()],
-            cables: net.cables.clone(),
+            cables: Arc::clone(&net.cables),
             held: Vec::new(),
             taut: Vec::new(),
         }

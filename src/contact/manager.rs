@@ -11,7 +11,7 @@
 use super::cable_planes::CablePlanes;
 use super::engine::EngineContacts;
 use super::lookahead::Lookahead;
-use super::penalty::Penalty;
+use super::penalty::PenaltyForce;
 use super::row::{NetMotion, Parting, PushOut};
 use super::solver::{ContactSolver, NormalSolver};
 use super::surface::{Feature, SurfaceContacts};
@@ -57,9 +57,10 @@ impl ContactSettings<'_> {
         let normal = match self.solver.contact {
             ContactModel::Rapier => return None,
             ContactModel::Impulse => NormalSolver::Woodbury(Woodbury::default()),
-            ContactModel::Penalty => {
-                NormalSolver::Penalty { force: Penalty::new(self.net, &self.solver.penalty), deepest: None }
-            }
+            ContactModel::Penalty => NormalSolver::Penalty {
+                force: PenaltyForce::new(self.net, &self.solver.penalty),
+                deepest: None,
+            },
         };
         let solver = ContactSolver { normal, friction: self.friction };
         let push_out = PushOut::Speed(woodbury::PUSH_OUT);
@@ -75,7 +76,7 @@ impl ContactSettings<'_> {
         let by_engine = solver.cables == CableModel::Joints;
         let by_force = solver.contact == ContactModel::Penalty;
         let normal = if by_force {
-            let force = Penalty::new(net, &solver.penalty);
+            let force = PenaltyForce::new(net, &solver.penalty);
             let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
             NormalSolver::Penalty { force, deepest: Some(deepest) }
         } else {

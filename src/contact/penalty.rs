@@ -23,7 +23,7 @@ use crate::solver::PenaltyLaw;
 
 /// The force of a penalty.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Penalty {
+pub struct PenaltyForce {
     law: PenaltyLaw,
     /// k of each knot [N/m^n].
     stiffness: Vec<f64>,
@@ -32,9 +32,9 @@ pub struct Penalty {
     damping: f64,
 }
 
-impl Penalty {
+impl PenaltyForce {
     /// That of contacts of `net`.
-    pub fn new(net: &Net, parameters: &solver::Penalty) -> Penalty {
+    pub fn new(net: &Net, parameters: &solver::Penalty) -> PenaltyForce {
         let linear = parameters.law == PenaltyLaw::SpringDashpot;
         let stiffness = |knot: usize| match parameters.stiffness {
             Some(stiffness) => stiffness.0,
@@ -44,7 +44,7 @@ impl Penalty {
                 parameters.poisson_ratios,
             ),
         };
-        Penalty {
+        PenaltyForce {
             law: parameters.law,
             stiffness: (0..net.n_knots()).map(stiffness).collect(),
             exponent: if linear { 1.0 } else { parameters.exponent },
@@ -122,9 +122,9 @@ pub fn hertz(radius: f64, young_moduli: [f64; 2], poisson_ratios: [f64; 2]) -> f
 mod tests {
     use super::*;
 
-    fn penalty(law: PenaltyLaw) -> Penalty {
+    fn penalty(law: PenaltyLaw) -> PenaltyForce {
         let linear = law == PenaltyLaw::SpringDashpot;
-        Penalty {
+        PenaltyForce {
             law,
             stiffness: vec![1e6],
             exponent: if linear { 1.0 } else { 1.5 },

@@ -15,7 +15,7 @@ use super::InverseInertia;
 use super::friction::slowing_impulse;
 use super::gauss_seidel::{self, IterationLimits};
 use super::lookahead::Lookahead;
-use super::penalty::Penalty;
+use super::penalty::PenaltyForce;
 use super::row::{ContactRow, NetMotion};
 use super::woodbury::Woodbury;
 use crate::friction::Law;
@@ -35,7 +35,7 @@ pub enum NormalSolver {
     /// A force that grows with the overlap.
     Penalty {
         /// The force.
-        force: Penalty,
+        force: PenaltyForce,
         /// Of rows that share knots: deepest overlap that the force of each knot may grow to [m].
         deepest: Option<Vec<f64>>,
     },

@@ -67,7 +67,7 @@ pub struct StrandContacts {
     /// How much nearer any two knots can have come since the start [m].
     travelled: f64,
     distant: BinaryHeap<Reverse<DistantPair>>,
-    near: Vec<Pair>,
+    near: Vec<StrandPair>,
     /// Rows of the pairs that act in this sub-step; kept for its memory.
     rows: Vec<ContactRow>,
     /// Impulses within the step, a knot each [N s].
@@ -110,7 +110,7 @@ impl PartialOrd for DistantPair {
 
 /// Two strands near each other.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
+struct StrandPair {
     strands: [u32; 2],
     /// From the second to the first when last looked at; 0 before.
     normal: Vector3<f64>,
@@ -165,7 +165,7 @@ impl StrandContacts {
                     ClosestPoints::of([one, other], &Vector3::zeros(), &folded);
                 let strands = [i as u32, j as u32];
                 if gap < 0.0 {
-                    near.push(Pair { strands, normal, folded_into: true });
+                    near.push(StrandPair { strands, normal, folded_into: true });
                 } else {
                     distant.push(Reverse(DistantPair { due: gap, strands }));
                 }
@@ -224,7 +224,7 @@ impl StrandContacts {
             if gap > near {
                 self.distant.push(Reverse(DistantPair { due: self.travelled + gap, strands }));
             } else {
-                self.near.push(Pair { strands, normal, folded_into: false });
+                self.near.push(StrandPair { strands, normal, folded_into: false });
             }
         }
     }
@@ -260,7 +260,7 @@ impl StrandContacts {
     /// The row of a pair, if it would touch.
     fn row(
         &self,
-        pair: &Pair,
+        pair: &StrandPair,
         place: &ClosestPoints,
         net: &MarkedKnots<'_>,
         step: f64,

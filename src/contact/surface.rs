@@ -9,7 +9,7 @@
 
 use super::InverseInertia;
 use super::cable_planes::CablePlanes;
-use super::penalty::Penalty;
+use super::penalty::PenaltyForce;
 use super::plane::{ContactPlane, RowRules};
 use super::row::{ContactRow, NetMotion, Parting};
 use super::schedule::{Detection, DetectionSchedule};
@@ -195,7 +195,7 @@ impl SurfaceContacts {
 }
 
 /// Energy of a force that grows no more beyond the `deepest` overlap [J].
-fn energy(force: &Penalty, deepest: &[f64], plane: &ContactPlane, depth: f64) -> f64 {
+fn energy(force: &PenaltyForce, deepest: &[f64], plane: &ContactPlane, depth: f64) -> f64 {
     let knot = plane.record.knot;
     let beyond = (depth - deepest[knot]).max(0.0);
     force.energy(knot, depth - beyond) + beyond * force.force(knot, deepest[knot], 0.0)

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::Parameters;
 use super::field::Active;
 use crate::assets::Kind;
-use crate::field::profile::{self, Row, Values};
+use crate::field::profile::{self, ProfileRow, Values};
 use crate::interaction::Interaction;
 use crate::limits::Limit;
 use crate::options::BuildContext;
@@ -39,7 +39,7 @@ pub struct Cabin {
     pub centre_m: [f64; 3],
     /// The rows of the profile.
     #[serde(skip)]
-    pub rows: Vec<Row>,
+    pub rows: Vec<ProfileRow>,
 }
 
 /// Which disturbance acts.
@@ -56,11 +56,11 @@ pub enum Disturbance {
 }
 
 impl Cabin {
-    fn motion(&self) -> profile::Cabin {
+    fn motion(&self) -> profile::CabinMotion {
         let of = |acts: bool| if acts { 1.0 } else { 0.0 };
         let gravity = of(self.acts != Disturbance::Rotation);
         let rate = of(self.acts != Disturbance::Gravity);
-        let rows = self.rows.iter().map(|row| Row {
+        let rows = self.rows.iter().map(|row| ProfileRow {
             t_s: row.t_s,
             gravity_x_m_s2: gravity * row.gravity_x_m_s2,
             gravity_y_m_s2: gravity * row.gravity_y_m_s2,
@@ -69,7 +69,7 @@ impl Cabin {
             rate_y_rad_s: rate * row.rate_y_rad_s,
             rate_z_rad_s: rate * row.rate_z_rad_s,
         });
-        profile::Cabin {
+        profile::CabinMotion {
             constant: Values {
                 gravity: gravity * Vector3::from(self.gravity_m_s2),
                 rate: rate * Vector3::from(self.rate_rad_s),
@@ -99,7 +99,7 @@ impl Parameters for Cabin {
     }
 
     fn loaded(&self) -> Vec<f64> {
-        self.rows.iter().flat_map(Row::numbers).collect()
+        self.rows.iter().flat_map(ProfileRow::numbers).collect()
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {

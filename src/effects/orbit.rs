@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Parameters;
 use super::field::Active;
-use crate::field::orbit::{EARTH_RADIUS, Orbit as Motion};
+use crate::field::orbit::{EARTH_RADIUS, OrbitMotion};
 use crate::interaction::Interaction;
 use crate::options::BuildContext;
 use crate::problems::Problems;
@@ -100,14 +100,14 @@ impl Approach {
 
 impl Orbit {
     /// The orbit of the local frame's origin.
-    pub fn motion(&self) -> Motion {
+    pub fn motion(&self) -> OrbitMotion {
         let (axis, eccentricity, anomaly) = match (self.elements, self.altitude_m) {
             (Some(elements), _) => {
                 (elements.semi_major_axis_m.0, elements.eccentricity, elements.true_anomaly_deg)
             }
             (None, altitude) => (EARTH_RADIUS + altitude.map_or(0.0, |altitude| altitude.0), 0.0, 0.0),
         };
-        Motion::new(axis, eccentricity, anomaly.to_radians(), &self.approach.direction())
+        OrbitMotion::new(axis, eccentricity, anomaly.to_radians(), &self.approach.direction())
     }
 }
 

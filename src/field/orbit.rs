@@ -20,7 +20,7 @@ pub const EARTH_RADIUS: f64 = 6_378_137.0;
 
 /// A Kepler orbit around the Earth, and how the local frame lies in its frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orbit {
+pub struct OrbitMotion {
     semi_major_axis: f64,
     eccentricity: f64,
     /// Mean anomaly at time 0 [rad].
@@ -31,13 +31,18 @@ pub struct Orbit {
     pub local_from_orbital: Matrix3<f64>,
 }
 
-impl Orbit {
+impl OrbitMotion {
     /// The orbit of semi-major axis `semi_major_axis` [m] and `eccentricity` below 1, at
     /// `true_anomaly` [rad] when the net is shot, along `approach` in the frame (R, V, H).
-    pub fn new(semi_major_axis: f64, eccentricity: f64, true_anomaly: f64, approach: &Vector3<f64>) -> Orbit {
+    pub fn new(
+        semi_major_axis: f64,
+        eccentricity: f64,
+        true_anomaly: f64,
+        approach: &Vector3<f64>,
+    ) -> OrbitMotion {
         let (sin, cos) = true_anomaly.sin_cos();
         let eccentric = f64::atan2((1.0 - eccentricity * eccentricity).sqrt() * sin, eccentricity + cos);
-        Orbit {
+        OrbitMotion {
             semi_major_axis,
             eccentricity,
             mean_anomaly: eccentric - eccentricity * eccentric.sin(),
@@ -69,7 +74,7 @@ impl Orbit {
     }
 }
 
-impl Field for Orbit {
+impl Field for OrbitMotion {
     fn at(&self, time: f64) -> Frame {
         let distance = self.distance(time);
         let radius = self.local_from_orbital * Vector3::new(distance, 0.0, 0.0);

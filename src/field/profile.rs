@@ -12,7 +12,7 @@ use crate::problems::Problems;
 /// A row of a profile, as in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct ProfileRow {
     /// Time since the shot [s].
     pub t_s: f64,
     /// Residual gravity along X [m/s^2].
@@ -33,7 +33,7 @@ pub struct Row {
 const HEADING: &str =
     "t_s,gravity_x_m_s2,gravity_y_m_s2,gravity_z_m_s2,rate_x_rad_s,rate_y_rad_s,rate_z_rad_s";
 
-impl Row {
+impl ProfileRow {
     fn values(&self) -> Values {
         Values {
             gravity: Vector3::new(self.gravity_x_m_s2, self.gravity_y_m_s2, self.gravity_z_m_s2),
@@ -50,16 +50,16 @@ impl Row {
 
 /// Rows of the CSV file `text`; lines that begin with `#` are skipped. Faults go to `problems`, with
 /// their lines.
-pub fn read(text: &[u8], place: &str, problems: &mut Problems) -> Option<Vec<Row>> {
+pub fn read(text: &[u8], place: &str, problems: &mut Problems) -> Option<Vec<ProfileRow>> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text);
     let heading = reader.headers().cloned().unwrap_or_default();
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<ProfileRow> = Vec::new();
     let n_faults = problems.list.len();
     let mut line = 1;
     for record in reader.records() {
         let row = record.and_then(|record| {
             line = record.position().map_or(line, csv::Position::line);
-            record.deserialize::<Row>(Some(&heading))
+            record.deserialize::<ProfileRow>(Some(&heading))
         });
         let fault = match row {
             Ok(row) if !row.numbers().iter().all(|number| number.is_finite()) => {
@@ -116,16 +116,16 @@ impl Values {
 
 /// The frame of a cabin: constant values, and those of a profile on top.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cabin {
+pub struct CabinMotion {
     /// Constant values.
     pub constant: Values,
     /// Values over time; none: the constant ones alone.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ProfileRow>,
     /// Where the gravity was recorded, about which the cabin turns [m].
     pub centre: Vector3<f64>,
 }
 
-impl Cabin {
+impl CabinMotion {
     /// Values at `time` [s]; at a jump, those after it.
     fn values(&self, time: f64) -> Values {
         let next = self.rows.partition_point(|row| row.t_s <= time);
@@ -147,7 +147,7 @@ impl Cabin {
     }
 }
 
-impl Field for Cabin {
+impl Field for CabinMotion {
     fn at(&self, time: f64) -> Frame {
         self.frame(self.values(time))
     }

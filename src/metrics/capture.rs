@@ -63,23 +63,23 @@ impl Curves {
 
     /// Adds the values of those of `frames` that have none yet.
     pub fn extend(&mut self, case: &Case, frames: &Frames) {
-        let Some(target) = &case.target else { return };
+        let Some(target) = case.target() else { return };
         let inside = Inside::of(target);
         // A net that is not shot has no scale: its energy in J stands for itself.
-        let energy_scale = Some(case.net.launch_energy()).filter(|energy| *energy > 0.0).unwrap_or(1.0);
+        let energy_scale = Some(case.net().launch_energy()).filter(|energy| *energy > 0.0).unwrap_or(1.0);
         for frame in self.enclosed.len()..frames.target.len() {
             let (knots, body) = (&frames.knots[frame], &frames.target[frame]);
             let hull = Hull::of(knots);
-            let distance = (centre_of_mass(&case.net.mass, knots) - body.position).norm();
+            let distance = (centre_of_mass(&case.net().mass, knots) - body.position).norm();
             let separation = distance / target.characteristic_length;
             let (volume, surface) = hull.as_ref().map_or((0.0, 0.0), |hull| (hull.volume(), hull.surface()));
-            let [w_volume, w_surface, w_distance] = case.scene.capture.cqi_weights;
+            let [w_volume, w_surface, w_distance] = case.scene().capture.cqi_weights;
             self.enclosed.push(hull.map_or(0.0, |hull| enclosed(target, body, &hull)));
-            self.mouth.push(mouth::vector_area_share(&case.net, knots));
-            self.mouth_hull.push(mouth::planar_hull_share(&case.net, knots));
-            self.gather.push(mouth::gather(&case.net, knots));
+            self.mouth.push(mouth::vector_area_share(case.net(), knots));
+            self.mouth_hull.push(mouth::planar_hull_share(case.net(), knots));
+            self.gather.push(mouth::gather(case.net(), knots));
             self.coverage.push(mouth::coverage(&body.position, knots));
-            self.cables_inside.push(inside.count(&case.net.cables, knots, body));
+            self.cables_inside.push(inside.count(&case.net().cables, knots, body));
             self.separation.push(separation);
             self.cqi.push(
                 w_volume * (volume - target.hull_volume).abs() / target.hull_volume

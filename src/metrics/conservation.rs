@@ -45,10 +45,10 @@ impl Conservation {
     pub fn of(case: &Case, run: &Run) -> Conservation {
         let frames = &run.frames;
         let last = frames.time.len() - 1;
-        let momentum_scale = case.net.launch_momentum().norm();
-        let arm = case.target.as_ref().map_or(0.5 * case.net.designed_area.sqrt(), |t| t.position.norm());
+        let momentum_scale = case.net().launch_momentum().norm();
+        let arm = case.target().map_or(0.5 * case.net().designed_area.sqrt(), |t| t.position.norm());
         let angular_scale = frames.angular_momentum[0].norm() + momentum_scale * arm;
-        let energy_scale = case.net.launch_energy();
+        let energy_scale = case.net().launch_energy();
 
         // What came from outside is known at the end only, so the end is compared with it.
         let momentum = (frames.momentum[last] - frames.momentum[0] - run.outside_impulse).norm();

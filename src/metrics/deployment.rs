@@ -41,8 +41,8 @@ impl Deployment {
         let peak = (0..opening.len()).fold(0, |best, i| if opening[i] > opening[best] { i } else { best });
         let deployment_time = peak as f64 * run.step;
         let centre_of_mass = |knots: &[Vector3<f64>]| {
-            let weighted: Vector3<f64> = case.net.mass.iter().zip(knots).map(|(mass, x)| *mass * x).sum();
-            weighted / case.net.total_mass()
+            let weighted: Vector3<f64> = case.net().mass.iter().zip(knots).map(|(mass, x)| *mass * x).sum();
+            weighted / case.net().total_mass()
         };
         let centres: Vec<Vector3<f64>> = run.frames.knots.iter().map(|knots| centre_of_mass(knots)).collect();
         let travelled = interpolate(&run.frames.time, &centres, deployment_time) - centres[0];
@@ -50,14 +50,14 @@ impl Deployment {
             max_area_m2: opening[peak],
             deployment_time_s: deployment_time,
             travelling_distance_m: travelled.norm(),
-            effective_period_s: time_above(opening, EFFECTIVE * case.net.designed_area) * run.step,
+            effective_period_s: time_above(opening, EFFECTIVE * case.net().designed_area) * run.step,
             middle_deviation_m: middle_deviation(case, run, opening.len() as f64 * run.step),
         }
     }
 }
 
 fn middle_deviation(case: &Case, run: &Run, opening: f64) -> [f64; 2] {
-    let middle = centre(&case.net);
+    let middle = centre(case.net());
     let end = run.extremes.first_contact.unwrap_or(opening);
     let frames = run.frames.time.iter().zip(&run.frames.knots).take_while(|(time, _)| **time <= end);
     let moved = frames.map(|(_, knots)| (knots[middle] - run.frames.knots[0][middle]).abs());

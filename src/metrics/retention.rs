@@ -54,8 +54,8 @@ pub struct Trial {
 impl Retention {
     /// What `run` went through; nothing without a target, or without a test.
     pub fn of(case: &Case, run: &Run, curves: &Curves) -> Option<Retention> {
-        let target = case.target.as_ref()?;
-        let (rule, times) = (&case.scene.capture, &run.frames.time);
+        let target = case.target()?;
+        let (rule, times) = (&case.scene().capture, &run.frames.time);
         let tug = run.reports.iter().find_map(|(_, report)| Trial::of(rule, times, curves, report.trial?));
         let rate = if target.motion == Motion::Fixed { 0.0 } else { target.spin.norm() };
         let mut starts = run.reports.iter().filter_map(|(_, report)| report.start);

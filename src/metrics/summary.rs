@@ -186,15 +186,15 @@ pub struct WorkSummary {
 impl Summary {
     /// The summary of `run`, with the capture curves worked out before.
     pub fn of(case: &Case, run: &Run, curves: &Curves) -> Summary {
-        let has_target = case.target.is_some();
-        let step = case.time_step.step;
+        let has_target = case.target().is_some();
+        let step = case.time_step().step;
         let extremes = &run.extremes;
         Summary {
-            title: case.scene.title.clone(),
-            scene_hash: case.hash.clone(),
+            title: case.scene().title.clone(),
+            scene_hash: case.hash().to_owned(),
             state_hash: run.state_hash.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            solver: case.scene.solver,
+            solver: case.scene().solver,
             effects: run.effects.iter().map(|(name, _)| (*name).to_owned()).collect(),
             wall_s: run.wall.as_secs_f64(),
             simulated_s: run.work.steps as f64 * step,
@@ -298,7 +298,7 @@ impl Summary {
 }
 
 fn target_summary(case: &Case, run: &Run) -> Option<TargetSummary> {
-    let target = case.target.as_ref()?;
+    let target = case.target()?;
     let (first, last) = (run.frames.target.first()?, run.frames.target.last()?);
     // By the change of angular momentum: a body that tumbles freely changes its rate, and nothing turned it.
     let start = first.angular_momentum(&target.inertia);
@@ -327,7 +327,7 @@ fn block<T: DeserializeOwned>(run: &Run, name: &str, more: &[(&str, Value)]) -> 
 fn time_to_close(case: &Case, run: &Run, curves: &Curves) -> Option<f64> {
     let start = run.reports.iter().find_map(|(_, report)| report.start?.1)?;
     let mut mouths = run.frames.time.iter().zip(&curves.mouth);
-    let closed = mouths.find(|&(&t, &mouth)| t >= start && mouth <= case.scene.capture.mouth_max);
+    let closed = mouths.find(|&(&t, &mouth)| t >= start && mouth <= case.scene().capture.mouth_max);
     closed.map(|(t, _)| t - start)
 }
 

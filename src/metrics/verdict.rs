@@ -132,7 +132,7 @@ impl Capture {
     /// The verdict on `curves`, whose frames are at `times` [s]; nothing without a target.
     pub fn of(case: &Case, met: bool, times: &[f64], curves: &Curves) -> Option<Capture> {
         let last = curves.enclosed.len().checked_sub(1)?;
-        let rule = &case.scene.capture;
+        let rule = &case.scene().capture;
         let stretches = stretches(rule, times, curves);
         let now = stretches.last().filter(|stretch| stretch.to.is_none());
         let settling = Settling::of(case);
@@ -182,7 +182,7 @@ impl Capture {
 
 /// What the target's state was, from when on: nothing before the first entry.
 pub fn changes(case: &Case, times: &[f64], curves: &Curves) -> Vec<Change> {
-    let rule = &case.scene.capture;
+    let rule = &case.scene().capture;
     let settling = Settling::of(case);
     let mut changes = Vec::new();
     for stretch in stretches(rule, times, curves) {
@@ -242,10 +242,10 @@ struct Settling {
 
 impl Settling {
     fn of(case: &Case) -> Settling {
-        let rule = &case.scene.capture;
-        let crossing = case.net.designed_area.sqrt() / case.scene.launch.speed_m_s.max(f64::MIN_POSITIVE);
+        let rule = &case.scene().capture;
+        let crossing = case.net().designed_area.sqrt() / case.scene().launch.speed_m_s.max(f64::MIN_POSITIVE);
         // A target that did not tumble need not turn.
-        let tumbles = case.target.as_ref().is_some_and(|t| t.motion != Motion::Fixed && t.spin.norm() > 0.0);
+        let tumbles = case.target().is_some_and(|t| t.motion != Motion::Fixed && t.spin.norm() > 0.0);
         Settling {
             shortest: rule.settled_crossings * crossing,
             turns: if tumbles { rule.settled_turns } else { 0.0 },
@@ -276,12 +276,12 @@ impl Settling {
 
 /// Whether the net has left the target and nothing brings it back.
 fn has_gone(case: &Case, times: &[f64], curves: &Curves) -> bool {
-    let effects = &case.scene.effects;
+    let effects = &case.scene().effects;
     if effects.closing.is_some() || effects.tug.is_some() {
         return false;
     }
     let last = curves.enclosed.len() - 1;
-    let from = times.partition_point(|&t| t < times[last] - case.scene.capture.hold_s - 1e-9).min(last);
+    let from = times.partition_point(|&t| t < times[last] - case.scene().capture.hold_s - 1e-9).min(last);
     from < last
         && (from..=last).all(|i| curves.enclosed[i] == 0.0 && curves.clearance[i] > 0.0)
         && (from..last).all(|i| curves.separation[i + 1] > curves.separation[i])

@@ -24,7 +24,7 @@ const LONGEST: f64 = 30.0;
 
 /// What is known before `case` runs.
 pub fn before(case: &Case) -> Vec<String> {
-    let Some(target) = &case.target else { return Vec::new() };
+    let Some(target) = case.target() else { return Vec::new() };
     [wide_meshes(case, target), millimetres(case, target)].into_iter().flatten().collect()
 }
 
@@ -51,8 +51,8 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
 }
 
 fn wide_meshes(case: &Case, target: &Target) -> Option<String> {
-    let mesh = case.net.cables.iter().map(|cable| cable.rest_length).fold(0.0, f64::max);
-    if case.scene.effects.cable_contact.is_some() {
+    let mesh = case.net().cables.iter().map(|cable| cable.rest_length).fold(0.0, f64::max);
+    if case.scene().effects.cable_contact.is_some() {
         return None;
     }
     let thin = |part: &crate::target::parts::ConvexPart| part.primitive.thickness();
@@ -61,13 +61,13 @@ fn wide_meshes(case: &Case, target: &Target) -> Option<String> {
         format!(
             "knots are up to {mesh:.3} m apart, part {part} of the target is {least:.3} m thick, and only knots touch it: \
              cables may go through. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
-            case.scene.solver.cables.cable_contact_price()
+            case.scene().solver.cables.cable_contact_price()
         )
     })
 }
 
 fn millimetres(case: &Case, target: &Target) -> Option<String> {
-    let side = case.net.designed_area.sqrt();
+    let side = case.net().designed_area.sqrt();
     let density = target.mass / target.hull_volume;
     let box_of = |axis: usize| {
         let ends = target.parts.iter().flat_map(|part| part.hull_points().collect::<Vec<_>>());
@@ -87,25 +87,25 @@ fn millimetres(case: &Case, target: &Target) -> Option<String> {
 
 fn cables_inside(case: &Case, curves: &Curves) -> Option<String> {
     let (last, most) = (*curves.cables_inside.last()?, *curves.cables_inside.iter().max()?);
-    (most > 0 && case.scene.effects.cable_contact.is_none()).then(|| {
+    (most > 0 && case.scene().effects.cable_contact.is_none()).then(|| {
         format!(
             "{last} cables go through the target at the end, {most} at most: only knots touch it, and a net hooked inside \
              holds what a real one does not. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
-            case.scene.solver.cables.cable_contact_price()
+            case.scene().solver.cables.cable_contact_price()
         )
     })
 }
 
 /// A bullet farther from the start than the target and the whole net reach.
 fn out_of_reach(case: &Case, run: &Run) -> Option<String> {
-    let target = case.target.as_ref()?;
-    let reach = target.position.norm() + target.bounding_radius + (2.0 * case.net.designed_area).sqrt();
+    let target = case.target()?;
+    let reach = target.position.norm() + target.bounding_radius + (2.0 * case.net().designed_area).sqrt();
     let frames = run.frames.time.iter().zip(&run.frames.knots).zip(&run.frames.target);
     frames
         .map(|((time, knots), body)| {
             // A target that was pushed takes the reach along.
             let pushed = body.position - target.position;
-            let far = case.net.bullets.map(|bullet| (knots[bullet] - pushed).norm());
+            let far = case.net().bullets.map(|bullet| (knots[bullet] - pushed).norm());
             (time, far.into_iter().fold(0.0, f64::max))
         })
         .find(|(_, far)| *far > reach)

@@ -13,6 +13,7 @@ pub mod spec;
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -35,7 +36,8 @@ pub struct Net {
     /// Young's modulus of each knot's stiffest cable [Pa].
     pub young_modulus: Vec<f64>,
     /// All cables, in pieces where they carry middle knots.
-    pub cables: Vec<Cable>,
+    /// Shared: nothing in a run changes them.
+    pub cables: Arc<[Cable]>,
     /// The four corner knots, in order around the mouth.
     pub bullets: [usize; 4],
     /// Knots around the mouth, in order, starting at the first bullet.
@@ -57,7 +59,7 @@ impl Net {
         let edge = CableMake::edge(spec.edge_cable.as_ref(), &inner, problems)?;
         let n_meshes = spec.meshes.map(|n| n as usize);
         let middle = spec.middle_knots as usize;
-        let (n_lines, n_knots) = (spec.n_lines() as usize, spec.n_knots() as usize);
+        let n_knots = spec.n_knots() as usize;
 
         let grid = n_meshes.map(|n| n + 1);
         let sides = spec.mesh_length_m.sides();
@@ -67,7 +69,7 @@ impl Net {
             mass: vec![0.0; n_knots],
             radius: vec![0.0; n_knots],
             young_modulus: vec![0.0; n_knots],
-            cables: Vec::with_capacity(n_lines * (middle + 1)),
+            cables: Arc::new([]),
             bullets: [
                 0,
                 knot_at(grid, grid[0] - 1, 0),
@@ -79,43 +81,11 @@ impl Net {
             folded: Vec::new(),
             launch_velocity: vec![Vector3::zeros(); n_knots],
         };
-        let strand_of = |line: &GridLine| if line.on_edge { &edge } else { &inner };
+        let make_of = |line: &GridLine| if line.on_edge { &edge } else { &inner };
 
         // Masses first: the damping of a cable needs them (Eq. 3.4).
-        for line in &lines {
-            let strand = strand_of(line);
-            let piece = sides[line.along] / (middle + 1) as f64;
-            let half_mass = 0.5 * strand.material.density_kg_m3.0 * strand.cross_section() * piece;
-            for [a, b] in line.pieces() {
-                for knot in [a, b] {
-                    net.mass[knot] += half_mass;
-                    net.radius[knot] = net.radius[knot].max(0.5 * strand.diameter);
-                    let modulus = strand.material.young_modulus_pa.0;
-                    net.young_modulus[knot] = net.young_modulus[knot].max(modulus);
-                }
-            }
-        }
-        for bullet in net.bullets {
-            net.mass[bullet] = spec.bullet_mass_kg.0;
-        }
-        for line in &lines {
-            let strand = strand_of(line);
-            let rest_length = sides[line.along] / (middle + 1) as f64;
-            let stiffness =
-                cable::stiffness(strand.material.young_modulus_pa.0, strand.cross_section(), rest_length);
-            for [a, b] in line.pieces() {
-                let (mass_a, mass_b) = (net.mass[a], net.mass[b]);
-                net.cables.push(Cable {
-                    a,
-                    b,
-                    rest_length,
-                    stiffness,
-                    damping: cable::damping(strand.damping_ratio, mass_a.min(mass_b), stiffness),
-                    reduced_mass: mass_a * mass_b / (mass_a + mass_b),
-                    breaking_tension: strand.material.tensile_strength_pa.0 * strand.cross_section(),
-                });
-            }
-        }
+        net.lump(spec, &lines, make_of);
+        net.tie(spec, &lines, make_of);
         net.perimeter = perimeter(grid, &lines);
         net.folded = fold::folded(spec, grid, &lines);
         if spec.fold.scheme == spec::FoldScheme::Inwards && middle.is_multiple_of(2) {
@@ -129,10 +99,106 @@ impl Net {
         Some(net)
     }
 
+    /// Masses, radii and moduli of the knots (Eq. 3.2).
+    fn lump<'a>(
+        &mut self,
+        spec: &spec::NetSpec,
+        lines: &[GridLine],
+        make_of: impl Fn(&GridLine) -> &'a CableMake,
+    ) {
+        for line in lines {
+            let make = make_of(line);
+            let piece = spec.mesh_length_m.sides()[line.along] / f64::from(spec.middle_knots + 1);
+            let half_mass = 0.5 * make.material.density_kg_m3.0 * make.cross_section() * piece;
+            for [a, b] in line.pieces() {
+                for knot in [a, b] {
+                    self.mass[knot] += half_mass;
+                    self.radius[knot] = self.radius[knot].max(0.5 * make.diameter);
+                    let modulus = make.material.young_modulus_pa.0;
+                    self.young_modulus[knot] = self.young_modulus[knot].max(modulus);
+                }
+            }
+        }
+        for bullet in self.bullets {
+            self.mass[bullet] = spec.bullet_mass_kg.0;
+        }
+    }
+
+    /// Cables between the knots, whose masses are known (Eq. 3.1, 3.4).
+    fn tie<'a>(
+        &mut self,
+        spec: &spec::NetSpec,
+        lines: &[GridLine],
+        make_of: impl Fn(&GridLine) -> &'a CableMake,
+    ) {
+        let mut cables = Vec::with_capacity(lines.len() * (spec.middle_knots as usize + 1));
+        for line in lines {
+            let make = make_of(line);
+            let rest_length = spec.mesh_length_m.sides()[line.along] / f64::from(spec.middle_knots + 1);
+            let stiffness =
+                cable::stiffness(make.material.young_modulus_pa.0, make.cross_section(), rest_length);
+            for [a, b] in line.pieces() {
+                let (mass_a, mass_b) = (self.mass[a], self.mass[b]);
+                cables.push(Cable {
+                    a,
+                    b,
+                    rest_length,
+                    stiffness,
+                    damping: cable::damping(make.damping_ratio, mass_a.min(mass_b), stiffness),
+                    reduced_mass: mass_a * mass_b / (mass_a + mass_b),
+                    breaking_tension: make.material.tensile_strength_pa.0 * make.cross_section(),
+                });
+            }
+        }
+        self.cables = cables.into();
+    }
+
     /// Gives the bullets their velocities [m/s]; all else stays at rest.
     pub fn shoot(&mut self, shots: [Vector3<f64>; 4]) {
         for (bullet, shot) in self.bullets.into_iter().zip(shots) {
             self.launch_velocity[bullet] = shot;
+        }
+    }
+
+    /// Whether it hangs together: for nets that were not built from a scene.
+    pub fn check(&self, problems: &mut Problems) {
+        let n = self.n_knots();
+        let lists = [
+            ("radius", self.radius.len()),
+            ("young_modulus", self.young_modulus.len()),
+            ("folded", self.folded.len()),
+            ("launch_velocity", self.launch_velocity.len()),
+        ];
+        for (name, found) in lists.into_iter().filter(|(_, found)| *found != n) {
+            problems.add(format!("net.{name}"), format!("{found} entries"), format!("{n}, as many as knots"));
+        }
+        let is_above_zero = |x: f64| x.is_finite() && x > 0.0;
+        for (knot, mass) in self.mass.iter().enumerate().filter(|(_, mass)| !is_above_zero(**mass)) {
+            problems.add(format!("net.mass[{knot}]"), mass, "a mass above 0");
+        }
+        for (index, cable) in self.cables.iter().enumerate() {
+            let place = format!("net.cables[{index}]");
+            if cable.a == cable.b || cable.a.max(cable.b) >= n {
+                let ends = format!("knots {} and {}", cable.a, cable.b);
+                problems.add(&*place, ends, format!("two different knots below {n}"));
+            }
+            let sizes = [cable.rest_length, cable.stiffness, cable.reduced_mass];
+            if !sizes.into_iter().all(is_above_zero) || !(cable.damping.is_finite() && cable.damping >= 0.0) {
+                problems.add(
+                    place,
+                    format!("{cable:?}"),
+                    "length, stiffness and mass above 0, damping from 0",
+                );
+            }
+        }
+        for (name, vectors) in [("folded", &self.folded), ("launch_velocity", &self.launch_velocity)] {
+            if let Some(knot) = vectors.iter().position(|vector| !vector.iter().all(|x| x.is_finite())) {
+                problems.add(format!("net.{name}[{knot}]"), vectors[knot], "numbers");
+            }
+        }
+        let corners = self.bullets.iter().chain(&self.perimeter);
+        for knot in corners.filter(|knot| **knot >= n) {
+            problems.add("net.perimeter", knot, format!("knots below {n}"));
         }
     }
 

@@ -15,10 +15,10 @@ use super::table::{number, table};
 use super::{plots, results};
 use crate::study::cost::advice::{length, seconds};
 use crate::study::cost::bench::LEFT_OUT;
-use crate::study::cost::dials::{AS_WRITTEN, Kind};
-use crate::study::cost::errors::{Counts, Worth};
+use crate::study::cost::dials::{AS_WRITTEN, DialKind};
+use crate::study::cost::errors::{Counts, Evaluation};
 use crate::study::cost::verdicts::Agreement;
-use crate::study::cost::{Measured, Study};
+use crate::study::cost::{MeasuredSetting, Study};
 
 /// Columns of the page's table: name and unit.
 const COLUMNS: [(&str, &str); 19] = [
@@ -68,92 +68,68 @@ pub fn write(out: &Path, study: &Study) -> Result<(), WriteError> {
 /// A row a setting.
 fn rows(file: impl std::io::Write, study: &Study) -> Result<(), csv::Error> {
     let mut rows = csv::Writer::from_writer(file);
-    rows.write_record([
-        "family",
-        "label",
-        "value",
-        "step_s",
-        "on_front",
-        "cpu_s_per_s",
-        "cpu_least",
-        "cpu_most",
-        "repeats",
-        "bullets_rms_before_chaos_m",
-        "bullets_max_before_chaos_m",
-        "bullets_rms_m",
-        "bullets_max_m",
-        "knots_rms_m",
-        "knots_max_m",
-        "max_area_m2",
-        "deployment_time_s",
-        "travelling_distance_m",
-        "effective_period_s",
-        "max_tension_n",
-        "momentum_residual",
-        "angular_momentum_residual",
-        "energy_residual",
-        "energy_rise",
-        "max_penetration_m",
-        "cables_through_target",
-        "steps",
-        "substeps",
-        "sweeps",
-        "rows",
-        "snaps",
-        "detections",
-        "contacts",
-        "without",
-        "warnings",
-        "changes",
-    ])?;
+    rows.write_record(CSV_COLUMNS.map(|(head, _)| head))?;
     for one in &study.settings {
-        let text = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:e}"));
-        let worth = one.worth.as_ref();
-        let of = |value: fn(&Worth) -> Option<f64>| text(worth.and_then(value));
-        let count = |value: fn(&Counts) -> u64| {
-            worth.map_or_else(String::new, |worth| value(&worth.counts).to_string())
-        };
-        rows.write_record([
-            one.family.clone(),
-            one.label.clone(),
-            text(one.value),
-            text(one.step_s),
-            (!one.fronts.is_empty()).to_string(),
-            text(one.cost.map(|cost| cost.median)),
-            text(one.cost.map(|cost| cost.least)),
-            text(one.cost.map(|cost| cost.most)),
-            one.cost.map_or_else(String::new, |cost| cost.repeats.to_string()),
-            of(|worth| Some(worth.apart.first()?.as_ref()?.bullets.rms_m)),
-            of(|worth| Some(worth.apart.first()?.as_ref()?.bullets.max_m)),
-            of(|worth| Some(worth.apart.last()?.as_ref()?.bullets.rms_m)),
-            of(|worth| Some(worth.apart.last()?.as_ref()?.bullets.max_m)),
-            of(|worth| Some(worth.apart.last()?.as_ref()?.knots.rms_m)),
-            of(|worth| Some(worth.apart.last()?.as_ref()?.knots.max_m)),
-            of(|worth| Some(worth.deployment.max_area_m2)),
-            of(|worth| Some(worth.deployment.deployment_time_s)),
-            of(|worth| Some(worth.deployment.travelling_distance_m)),
-            of(|worth| Some(worth.deployment.effective_period_s)),
-            of(|worth| Some(worth.max_tension_n)),
-            of(|worth| Some(worth.conservation.momentum_residual)),
-            of(|worth| Some(worth.conservation.angular_momentum_residual)),
-            of(|worth| Some(worth.conservation.energy_residual)),
-            of(|worth| Some(worth.conservation.energy_rise)),
-            of(|worth| Some(worth.ending?.max_penetration_m)),
-            of(|worth| Some(worth.ending?.through as f64)),
-            count(|counts| counts.steps),
-            count(|counts| counts.substeps),
-            count(|counts| counts.sweeps),
-            count(|counts| counts.rows),
-            count(|counts| counts.snaps),
-            count(|counts| counts.detections),
-            count(|counts| counts.contacts),
-            one.without.clone().unwrap_or_default(),
-            one.warnings.join("; "),
-            one.changes.join(" "),
-        ])?;
+        rows.write_record(CSV_COLUMNS.map(|(_, text)| text(one)))?;
     }
     rows.flush()?;
     Ok(())
+}
+
+/// A column of the table: its head, and what stands in it for a setting.
+type Column = (&'static str, fn(&MeasuredSetting) -> String);
+
+/// The columns of `cost.csv`; a number that was not measured is left empty.
+#[rustfmt::skip] // a line a column
+const CSV_COLUMNS: [Column; 36] = [
+    ("family", |one| one.family.clone()),
+    ("label", |one| one.label.clone()),
+    ("value", |one| decimal(one.value)),
+    ("step_s", |one| decimal(one.step_s)),
+    ("on_front", |one| (!one.fronts.is_empty()).to_string()),
+    ("cpu_s_per_s", |one| decimal(one.cost.map(|cost| cost.median))),
+    ("cpu_least", |one| decimal(one.cost.map(|cost| cost.least))),
+    ("cpu_most", |one| decimal(one.cost.map(|cost| cost.most))),
+    ("repeats", |one| one.cost.map_or_else(String::new, |cost| cost.repeats.to_string())),
+    ("bullets_rms_before_chaos_m", |one| of(one, |worth| Some(worth.apart.first()?.as_ref()?.bullets.rms_m))),
+    ("bullets_max_before_chaos_m", |one| of(one, |worth| Some(worth.apart.first()?.as_ref()?.bullets.max_m))),
+    ("bullets_rms_m", |one| of(one, |worth| Some(worth.apart.last()?.as_ref()?.bullets.rms_m))),
+    ("bullets_max_m", |one| of(one, |worth| Some(worth.apart.last()?.as_ref()?.bullets.max_m))),
+    ("knots_rms_m", |one| of(one, |worth| Some(worth.apart.last()?.as_ref()?.knots.rms_m))),
+    ("knots_max_m", |one| of(one, |worth| Some(worth.apart.last()?.as_ref()?.knots.max_m))),
+    ("max_area_m2", |one| of(one, |worth| Some(worth.deployment.max_area_m2))),
+    ("deployment_time_s", |one| of(one, |worth| Some(worth.deployment.deployment_time_s))),
+    ("travelling_distance_m", |one| of(one, |worth| Some(worth.deployment.travelling_distance_m))),
+    ("effective_period_s", |one| of(one, |worth| Some(worth.deployment.effective_period_s))),
+    ("max_tension_n", |one| of(one, |worth| Some(worth.max_tension_n))),
+    ("momentum_residual", |one| of(one, |worth| Some(worth.conservation.momentum_residual))),
+    ("angular_momentum_residual", |one| of(one, |worth| Some(worth.conservation.angular_momentum_residual))),
+    ("energy_residual", |one| of(one, |worth| Some(worth.conservation.energy_residual))),
+    ("energy_rise", |one| of(one, |worth| Some(worth.conservation.energy_rise))),
+    ("max_penetration_m", |one| of(one, |worth| Some(worth.ending?.max_penetration_m))),
+    ("cables_through_target", |one| of(one, |worth| Some(worth.ending?.through as f64))),
+    ("steps", |one| count(one, |counts| counts.steps)),
+    ("substeps", |one| count(one, |counts| counts.substeps)),
+    ("sweeps", |one| count(one, |counts| counts.sweeps)),
+    ("rows", |one| count(one, |counts| counts.rows)),
+    ("snaps", |one| count(one, |counts| counts.snaps)),
+    ("detections", |one| count(one, |counts| counts.detections)),
+    ("contacts", |one| count(one, |counts| counts.contacts)),
+    ("without", |one| one.without.clone().unwrap_or_default()),
+    ("warnings", |one| one.warnings.join("; ")),
+    ("changes", |one| one.changes.join(" ")),
+];
+
+fn decimal(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| format!("{value:e}"))
+}
+
+fn of(one: &MeasuredSetting, value: fn(&Evaluation) -> Option<f64>) -> String {
+    decimal(one.worth.as_ref().and_then(value))
+}
+
+fn count(one: &MeasuredSetting, value: fn(&Counts) -> u64) -> String {
+    one.worth.as_ref().map_or_else(String::new, |worth| value(&worth.counts).to_string())
 }
 
 /// The study as text: the fronts, the distributions, the advice.
@@ -164,7 +140,8 @@ pub fn text(study: &Study) -> String {
     let mut rows = table(&head.chain(["time / s", "of as written"]).collect::<Vec<_>>());
     let written = study.settings.iter().find(|one| one.family == AS_WRITTEN);
     let written_cost = written.and_then(|one| one.cost).map_or(f64::NAN, |cost| cost.median);
-    let mut shown: Vec<&Measured> = study.settings.iter().filter(|one| !one.fronts.is_empty()).collect();
+    let mut shown: Vec<&MeasuredSetting> =
+        study.settings.iter().filter(|one| !one.fronts.is_empty()).collect();
     shown.extend(written.filter(|one| one.fronts.is_empty()));
     shown.sort_by(|a, b| a.cost.map_or(0.0, |c| c.median).total_cmp(&b.cost.map_or(0.0, |c| c.median)));
     for one in shown {
@@ -312,7 +289,7 @@ fn whole_page(study: &Study, drawn: &[(Figure, String)]) -> String {
 }
 
 /// The cells of a setting that was measured.
-fn cells(study: &Study, one: &Measured) -> Vec<String> {
+fn cells(study: &Study, one: &MeasuredSetting) -> Vec<String> {
     let none = || "–".to_owned();
     let written = study.settings.iter().find(|one| one.family == AS_WRITTEN).and_then(|one| one.cost);
     let (Some(cost), Some(worth)) = (one.cost, &one.worth) else { return vec![one.label.clone()] };
@@ -331,7 +308,7 @@ fn cells(study: &Study, one: &Measured) -> Vec<String> {
         .flatten()
         .fold(None, |most: Option<f64>, off| Some(most.map_or(off, |m| m.max(off))));
     let shown = |error: f64, floor: f64| {
-        if one.kind == Kind::Model { length(error) } else { at_least(error, floor) }
+        if one.kind == DialKind::Model { length(error) } else { at_least(error, floor) }
     };
     let windows = study.windows();
     let last = windows.len().wrapping_sub(1);

@@ -33,7 +33,7 @@ pub struct Replay<'a> {
     /// When not to believe it.
     pub warnings: &'a [String],
     /// What the verdict was from when on, in order, if the run was judged.
-    pub verdicts: Option<Vec<Verdict<'a>>>,
+    pub verdicts: Option<Vec<ReplayVerdict<'a>>>,
     /// Time of each frame, rising. [s]
     pub times: &'a [f64],
     /// Positions in the local frame O-XYZ: frame, then knot. [m]
@@ -53,14 +53,14 @@ pub struct Replay<'a> {
     /// Numbers that change with time, in the order they are listed.
     pub curves: Vec<Curve<'a>>,
     /// Threads and winches, if there are any.
-    pub closing: Option<Closing>,
+    pub closing: Option<ReplayClosing>,
     /// Moments worth jumping to: time [s] and a word, such as "first contact".
     pub marks: Vec<(f64, String)>,
 }
 
 /// What the verdict was from a time on.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Verdict<'a> {
+pub struct ReplayVerdict<'a> {
     /// From then on. [s]
     pub from_s: f64,
     /// In words, such as `held so far`.
@@ -72,7 +72,7 @@ pub struct Verdict<'a> {
 /// The target and its motion.
 pub struct ReplayTarget<'a> {
     /// One mesh per convex part, in the body frame.
-    pub parts: Vec<Mesh>,
+    pub parts: Vec<ReplayMesh>,
     /// Centre of mass in the local frame, per frame. [m]
     pub positions: &'a [Vector3<f64>],
     /// Local frame from body frame, per frame.
@@ -81,7 +81,7 @@ pub struct ReplayTarget<'a> {
 
 /// Triangles of a convex part.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Mesh {
+pub struct ReplayMesh {
     /// Corners. [m]
     pub vertices: Vec<[f32; 3]>,
     /// Three corners each.
@@ -90,7 +90,7 @@ pub struct Mesh {
 
 /// The closing mechanism.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Closing {
+pub struct ReplayClosing {
     /// When the winches started; null: never. [s]
     pub start_s: Option<f64>,
     /// Largest tension of a thread. [N]
@@ -98,12 +98,12 @@ pub struct Closing {
     /// Where a thread that is wound outside of the net ends, without a free chaser. [m]
     pub anchor_m: [f64; 3],
     /// The threads.
-    pub threads: Vec<Thread>,
+    pub threads: Vec<ReplayThread>,
 }
 
 /// A closing thread.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Thread {
+pub struct ReplayThread {
     /// The knots it passes, in order; null: the anchor.
     pub way: Vec<Option<usize>>,
     /// What is off the reels where winding ends. [m]
@@ -116,11 +116,11 @@ pub struct Thread {
     pub tension_n: Vec<f64>,
 }
 
-impl Thread {
+impl ReplayThread {
     /// With the frames `kept` alone.
-    fn thinned(&self, kept: &[usize]) -> Thread {
+    fn thinned(&self, kept: &[usize]) -> ReplayThread {
         let only = |values: &[f64]| kept.iter().map(|&frame| values[frame]).collect();
-        Thread {
+        ReplayThread {
             way: self.way.clone(),
             stop_m: self.stop_m,
             length_m: only(&self.length_m),
@@ -155,7 +155,7 @@ pub struct Curve<'a> {
 struct Page<'a> {
     title: &'a str,
     source: Option<&'a str>,
-    verdicts: Option<&'a [Verdict<'a>]>,
+    verdicts: Option<&'a [ReplayVerdict<'a>]>,
     warnings: &'a [String],
     n_recorded: usize,
     stride: usize,
@@ -169,13 +169,13 @@ struct Page<'a> {
     target: Option<PageTarget<'a>>,
     chaser: Option<String>,
     curves: Vec<PageCurve<'a>>,
-    closing: Option<Closing>,
+    closing: Option<ReplayClosing>,
     marks: &'a [(f64, String)],
 }
 
 #[derive(Serialize)]
 struct PageTarget<'a> {
-    parts: &'a [Mesh],
+    parts: &'a [ReplayMesh],
     positions: String,
     attitudes: String,
 }
@@ -211,62 +211,7 @@ const SCRIPTS: [&str; 13] = [
 
 /// The page as text.
 pub fn html(replay: &Replay) -> String {
-    let n_recorded = replay.times.len();
-    let n_knots = replay.knots.first().map_or(0, Vec::len);
-    debug_assert_eq!(replay.knots.len(), n_recorded);
-    debug_assert_eq!(replay.cables.len(), replay.rest_lengths.len());
-
-    let stride = stride(n_recorded, n_knots);
-    let kept = kept_frames(n_recorded, stride);
-    let page = Page {
-        title: replay.title,
-        source: replay.source,
-        verdicts: replay.verdicts.as_deref(),
-        warnings: replay.warnings,
-        n_recorded,
-        stride,
-        times: kept.iter().map(|&frame| replay.times[frame]).collect(),
-        n_knots,
-        knots: base64(
-            kept.iter().flat_map(|&frame| &replay.knots[frame]).flat_map(|p| [p.x, p.y, p.z]),
-            kept.len() * n_knots * 3,
-        ),
-        cables: replay.cables,
-        rest_lengths: replay.rest_lengths.iter().map(|&length| length as f32).collect(),
-        bullets: replay.bullets,
-        perimeter: replay.perimeter,
-        target: replay.target.as_ref().map(|target| PageTarget {
-            parts: &target.parts,
-            positions: base64(
-                kept.iter().map(|&frame| target.positions[frame]).flat_map(|p| [p.x, p.y, p.z]),
-                kept.len() * 3,
-            ),
-            attitudes: base64(
-                kept.iter().map(|&frame| target.attitudes[frame]).flat_map(|q| [q.w, q.i, q.j, q.k]),
-                kept.len() * 4,
-            ),
-        }),
-        chaser: replay.chaser.as_ref().map(|corners| {
-            let shown = kept.iter().flat_map(|&frame| corners[frame]);
-            base64(shown.flat_map(|p| [p.x, p.y, p.z]), kept.len() * 27)
-        }),
-        curves: replay
-            .curves
-            .iter()
-            .map(|curve| PageCurve {
-                name: curve.name,
-                unit: curve.unit,
-                values: kept.iter().map(|&frame| curve.values[frame] as f32).collect(),
-                along_slider: curve.along_slider,
-            })
-            .collect(),
-        closing: replay.closing.as_ref().map(|closing| Closing {
-            threads: closing.threads.iter().map(|thread| thread.thinned(&kept)).collect(),
-            ..closing.clone()
-        }),
-        marks: &replay.marks,
-    };
-    let data = serde_json::to_string(&page).expect("plain numbers and text always serialise");
+    let data = serde_json::to_string(&Page::of(replay)).expect("plain numbers and text always serialise");
     let parts = [
         ("title", text_safe(replay.title)),
         ("style", STYLE.to_owned()),
@@ -274,6 +219,67 @@ pub fn html(replay: &Replay) -> String {
         ("script", SCRIPTS.join("\n")),
     ];
     fill(TEMPLATE, &parts.each_ref().map(|(name, text)| (*name, text.as_str())))
+}
+
+impl<'a> Page<'a> {
+    /// What the page shows of `replay`: every so many frames, and always the last.
+    fn of(replay: &'a Replay) -> Page<'a> {
+        let n_recorded = replay.times.len();
+        let n_knots = replay.knots.first().map_or(0, Vec::len);
+        debug_assert_eq!(replay.knots.len(), n_recorded);
+        debug_assert_eq!(replay.cables.len(), replay.rest_lengths.len());
+
+        let stride = stride(n_recorded, n_knots);
+        let kept = kept_frames(n_recorded, stride);
+        Page {
+            title: replay.title,
+            source: replay.source,
+            verdicts: replay.verdicts.as_deref(),
+            warnings: replay.warnings,
+            n_recorded,
+            stride,
+            times: kept.iter().map(|&frame| replay.times[frame]).collect(),
+            n_knots,
+            knots: base64(
+                kept.iter().flat_map(|&frame| &replay.knots[frame]).flat_map(|p| [p.x, p.y, p.z]),
+                kept.len() * n_knots * 3,
+            ),
+            cables: replay.cables,
+            rest_lengths: replay.rest_lengths.iter().map(|&length| length as f32).collect(),
+            bullets: replay.bullets,
+            perimeter: replay.perimeter,
+            target: replay.target.as_ref().map(|target| PageTarget {
+                parts: &target.parts,
+                positions: base64(
+                    kept.iter().map(|&frame| target.positions[frame]).flat_map(|p| [p.x, p.y, p.z]),
+                    kept.len() * 3,
+                ),
+                attitudes: base64(
+                    kept.iter().map(|&frame| target.attitudes[frame]).flat_map(|q| [q.w, q.i, q.j, q.k]),
+                    kept.len() * 4,
+                ),
+            }),
+            chaser: replay.chaser.as_ref().map(|corners| {
+                let shown = kept.iter().flat_map(|&frame| corners[frame]);
+                base64(shown.flat_map(|p| [p.x, p.y, p.z]), kept.len() * 27)
+            }),
+            curves: replay
+                .curves
+                .iter()
+                .map(|curve| PageCurve {
+                    name: curve.name,
+                    unit: curve.unit,
+                    values: kept.iter().map(|&frame| curve.values[frame] as f32).collect(),
+                    along_slider: curve.along_slider,
+                })
+                .collect(),
+            closing: replay.closing.as_ref().map(|closing| ReplayClosing {
+                threads: closing.threads.iter().map(|thread| thread.thinned(&kept)).collect(),
+                ..closing.clone()
+            }),
+            marks: &replay.marks,
+        }
+    }
 }
 
 /// Every how many frames one is kept, so that frames and bytes stay within their limits.
@@ -327,6 +333,7 @@ mod tests {
     }
 
     impl Demo {
+        #[expect(clippy::too_many_lines, reason = "a made-up capture, told in one piece")]
         fn new(side: usize, n_frames: usize) -> Demo {
             let length = 0.7 / (side - 1) as f64;
             let at = |row: usize, column: usize| row * side + column;
@@ -409,20 +416,20 @@ mod tests {
         }
 
         /// Four threads along the sides, reeled in from 0.8 s to 1.9 s.
-        fn closing(&self) -> Closing {
+        fn closing(&self) -> ReplayClosing {
             let side = self.perimeter.len() / 4;
             let knot = |i: usize| self.perimeter[i % self.perimeter.len()];
             let wound = |t: f64| 0.7 - 0.6 * ((t - 0.8) / 1.1).clamp(0.0, 1.0);
             let off: Vec<f64> = self.times.iter().map(|&t| wound(t)).collect();
             let tension = |&t: &f64| if t > 0.8 { (2.0 * (t - 0.8)).min(1.0) } else { 0.0 };
-            let thread = |n: usize| Thread {
+            let thread = |n: usize| ReplayThread {
                 way: (n * side..=(n + 1) * side).map(|i| Some(knot(i))).collect(),
                 stop_m: 0.1,
                 length_m: off.clone(),
                 off_reels_m: off.clone(),
                 tension_n: self.times.iter().map(tension).collect(),
             };
-            Closing {
+            ReplayClosing {
                 start_s: Some(0.8),
                 limit_n: 1.0,
                 anchor_m: [0.0; 3],
@@ -430,7 +437,7 @@ mod tests {
             }
         }
 
-        fn replay<'a>(&'a self, title: &'a str, parts: Option<Vec<Mesh>>) -> Replay<'a> {
+        fn replay<'a>(&'a self, title: &'a str, parts: Option<Vec<ReplayMesh>>) -> Replay<'a> {
             Replay {
                 chaser: None,
                 title,
@@ -438,8 +445,8 @@ mod tests {
                 warnings: &[],
                 verdicts: parts.is_some().then(|| {
                     vec![
-                        Verdict { from_s: 0.0, words: "not held yet", held: None },
-                        Verdict { from_s: 1.9, words: "held so far", held: Some(true) },
+                        ReplayVerdict { from_s: 0.0, words: "not held yet", held: None },
+                        ReplayVerdict { from_s: 1.9, words: "held so far", held: Some(true) },
                     ]
                 }),
                 times: &self.times,
@@ -474,19 +481,19 @@ mod tests {
         }
     }
 
-    fn cuboid(sides: [f32; 3], centre: [f32; 3]) -> Mesh {
+    fn cuboid(sides: [f32; 3], centre: [f32; 3]) -> ReplayMesh {
         let vertices = (0..8)
             .map(|corner| [0, 1, 2].map(|k| centre[k] + ((corner >> k & 1) as f32 - 0.5) * sides[k]))
             .collect();
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-        Mesh { vertices, triangles }
+        ReplayMesh { vertices, triangles }
     }
 
     /// A closed cylinder along y.
-    fn cylinder(radius: f32, length: f32, centre: [f32; 3]) -> Mesh {
+    fn cylinder(radius: f32, length: f32, centre: [f32; 3]) -> ReplayMesh {
         let n = 32;
-        let mut mesh = Mesh::default();
+        let mut mesh = ReplayMesh::default();
         for k in 0..n {
             let (sin, cos) = (TAU as f32 * k as f32 / n as f32).sin_cos();
             for y in [-0.5, 0.5] {
@@ -508,7 +515,7 @@ mod tests {
         mesh
     }
 
-    fn cubesat() -> Vec<Mesh> {
+    fn cubesat() -> Vec<ReplayMesh> {
         vec![
             cuboid([0.1, 0.3, 0.1], [0.0; 3]),
             cuboid([0.22, 0.08, 0.004], [0.0, 0.1, 0.052]),
@@ -565,11 +572,11 @@ mod tests {
     #[test]
     fn thinning_keeps_the_peaks_of_a_tension() {
         let values = vec![0.0, 5.0, 1.0, 0.0, 2.0, 3.0];
-        let thread = Thread {
+        let thread = ReplayThread {
             length_m: values.clone(),
             off_reels_m: values.clone(),
             tension_n: values,
-            ..Thread::default()
+            ..ReplayThread::default()
         };
         let thinned = thread.thinned(&[0, 3, 5]);
         assert_eq!(thinned.tension_n, [0.0, 5.0, 3.0]);

@@ -212,7 +212,7 @@ fn trajectory(
         });
         npz.add_array(format!("{name}_attitude"), &attitude)?;
     }
-    let cables = &case.net.cables;
+    let cables = &case.net().cables;
     let ends = Array2::from_shape_fn((cables.len(), 2), |(cable, end)| {
         [cables[cable].a as i64, cables[cable].b as i64][end]
     });
@@ -242,69 +242,51 @@ fn of_numbers(frames: &[Vec<f64>]) -> Array2<f64> {
 /// The run in motion: what the replay page shows of it.
 fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     let frames = &run.frames;
-    let cables: Vec<(usize, usize)> = case.net.cables.iter().map(|cable| (cable.a, cable.b)).collect();
-    let rest_lengths: Vec<f64> = case.net.cables.iter().map(|cable| cable.rest_length).collect();
+    let cables: Vec<(usize, usize)> = case.net().cables.iter().map(|cable| (cable.a, cable.b)).collect();
+    let rest_lengths: Vec<f64> = case.net().cables.iter().map(|cable| cable.rest_length).collect();
     let positions: Vec<Vector3<f64>> = frames.target.iter().map(|body| body.position).collect();
     let attitudes: Vec<_> = frames.target.iter().map(|body| body.attitude).collect();
-    let rates: Vec<f64> = frames.target.iter().map(|body| body.rate.norm()).collect();
-    let areas: Vec<f64> =
-        frames.time.iter().map(|time| run.mouth_area[(time / run.step).round() as usize]).collect();
-    let curve = |name, unit, values, along_slider| replay::Curve { name, unit, values, along_slider };
-    let mut shown = vec![curve("area of the bullets", "m2", &areas, frames.target.is_empty())];
-    if case.target.is_some() {
-        shown.extend([
-            curve("enclosed", "", &curves.enclosed, true),
-            curve("mouth", "", &curves.mouth, true),
-            curve("gather", "", &curves.gather, true),
-            curve("mouth hull", "", &curves.mouth_hull, false),
-            curve("coverage", "", &curves.coverage, false),
-            curve("separation", "target lengths", &curves.separation, false),
-            curve("quality index", "0 is ideal", &curves.cqi, false),
-            curve("target's rate", "rad/s", &rates, false),
-        ]);
-    }
-    shown.push(curve("largest tension", "N", &frames.tension, false));
     let closing = closing(run);
-    let limit = closing.as_ref().map_or(0.0, |closing| closing.limit_n);
-    let threads = closing.iter().flat_map(|closing| &closing.threads);
-    let mut pull = vec![0.0_f64; frames.time.len()]; // the most of any thread, over the limit
-    for thread in threads {
-        pull.iter_mut().zip(&thread.tension_n).for_each(|(most, tension)| *most = most.max(tension / limit));
+    let mut shown = shown_curves(case, run, curves);
+    if let Some(closing) = &closing {
+        shown.push(("pull of the threads", "", pull(closing, frames.time.len()), true));
     }
-    if closing.is_some() {
-        shown.push(curve("pull of the threads", "", &pull, true));
+    for (name, unit, column) in run.reports.iter().flat_map(|(_, report)| &report.curves) {
+        shown.push((name, unit, run.reading(column), false));
     }
-    let reports = || run.reports.iter().map(|(_, report)| report);
-    let columns: Vec<_> = reports()
-        .flat_map(|report| &report.curves)
-        .map(|(name, unit, column)| (name, unit, run.reading(column)))
-        .collect();
-    shown.extend(columns.iter().map(|(name, unit, values)| curve(name, unit, values, false)));
-    let starts = reports().filter_map(|report| report.start);
+    let starts = run.reports.iter().filter_map(|(_, report)| report.start);
     let starts = starts.filter_map(|(what, time)| Some((time?, what.to_owned())));
     let first_contact = run.extremes.first_contact.map(|time| (time, "first contact".to_owned()));
-    let changes = match case.target {
+    let changes = match case.target() {
         Some(_) => verdict::changes(case, &frames.time, curves),
         None => Vec::new(),
     };
     replay::html(&replay::Replay {
-        title: &case.scene.title,
-        source: case.scene.source.as_deref(),
+        title: &case.scene().title,
+        source: case.scene().source.as_deref(),
         warnings: &summary.warnings,
         verdicts: summary.capture.map(|capture| verdicts(&capture, &changes, &frames.time)),
         times: &frames.time,
         knots: &frames.knots,
         cables: &cables,
         rest_lengths: &rest_lengths,
-        bullets: case.net.bullets,
-        perimeter: &case.net.perimeter,
-        target: case.target.as_ref().map(|target| replay::ReplayTarget {
+        bullets: case.net().bullets,
+        perimeter: &case.net().perimeter,
+        target: case.target().map(|target| replay::ReplayTarget {
             parts: target.parts.iter().map(outline).collect(),
             positions: &positions,
             attitudes: &attitudes,
         }),
         chaser: run.chaser.map(|chaser| frames.chaser.iter().map(|body| block(&chaser, body)).collect()),
-        curves: shown,
+        curves: shown
+            .iter()
+            .map(|(name, unit, values, along_slider)| replay::Curve {
+                name,
+                unit,
+                values,
+                along_slider: *along_slider,
+            })
+            .collect(),
         closing,
         marks: first_contact
             .into_iter()
@@ -314,10 +296,49 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     })
 }
 
+/// A curve of the page: name, unit, a value a frame, whether it lies along the slider too.
+type ShownCurve<'a> = (&'a str, &'a str, Vec<f64>, bool);
+
+/// What a run without effects shows.
+fn shown_curves<'a>(case: &Case, run: &Run, curves: &Curves) -> Vec<ShownCurve<'a>> {
+    let frames = &run.frames;
+    let areas = frames.time.iter().map(|time| run.mouth_area[(time / run.step).round() as usize]).collect();
+    let mut shown: Vec<ShownCurve> = vec![("area of the bullets", "m2", areas, frames.target.is_empty())];
+    if case.target().is_some() {
+        let rates = frames.target.iter().map(|body| body.rate.norm()).collect();
+        shown.extend([
+            ("enclosed", "", curves.enclosed.clone(), true),
+            ("mouth", "", curves.mouth.clone(), true),
+            ("gather", "", curves.gather.clone(), true),
+            ("mouth hull", "", curves.mouth_hull.clone(), false),
+            ("coverage", "", curves.coverage.clone(), false),
+            ("separation", "target lengths", curves.separation.clone(), false),
+            ("quality index", "0 is ideal", curves.cqi.clone(), false),
+            ("target's rate", "rad/s", rates, false),
+        ]);
+    }
+    shown.push(("largest tension", "N", frames.tension.clone(), false));
+    shown
+}
+
+/// The most of any thread's tension over the limit of the winches, in each of `n` frames.
+fn pull(closing: &replay::ReplayClosing, n: usize) -> Vec<f64> {
+    let mut most = vec![0.0_f64; n];
+    for thread in &closing.threads {
+        let over_limit = thread.tension_n.iter().map(|tension| tension / closing.limit_n);
+        most.iter_mut().zip(over_limit).for_each(|(most, tension)| *most = most.max(tension));
+    }
+    most
+}
+
 /// The verdict at every time, for the badge.
-fn verdicts(capture: &Capture, changes: &[verdict::Change], times: &[f64]) -> Vec<replay::Verdict<'static>> {
-    let before = replay::Verdict { from_s: times[0], words: "not held yet", held: None };
-    let at = |state: Verdict, from_s| replay::Verdict {
+fn verdicts(
+    capture: &Capture,
+    changes: &[verdict::Change],
+    times: &[f64],
+) -> Vec<replay::ReplayVerdict<'static>> {
+    let before = replay::ReplayVerdict { from_s: times[0], words: "not held yet", held: None };
+    let at = |state: Verdict, from_s| replay::ReplayVerdict {
         from_s,
         words: state.words(),
         held: Some(state.is_held()),
@@ -337,13 +358,13 @@ fn mark(state: Verdict) -> &'static str {
 }
 
 /// Threads and winches, as the replay shows them.
-fn closing(run: &Run) -> Option<replay::Closing> {
+fn closing(run: &Run) -> Option<replay::ReplayClosing> {
     let (_, report) = run.reports.iter().find(|(_, report)| !report.threads.is_empty())?;
     let thread = |drawn: &DrawnThread| {
         let [length_m, off_reels_m, tension_n] = drawn.columns.each_ref().map(|name| run.reading(name));
-        replay::Thread { way: drawn.way.clone(), stop_m: drawn.stop, length_m, off_reels_m, tension_n }
+        replay::ReplayThread { way: drawn.way.clone(), stop_m: drawn.stop, length_m, off_reels_m, tension_n }
     };
-    Some(replay::Closing {
+    Some(replay::ReplayClosing {
         start_s: report.start.and_then(|(_, start)| start),
         limit_n: report.threads[0].limit,
         anchor_m: [0.0; 3], // where a chaser that is held stays
@@ -359,11 +380,11 @@ fn block(chaser: &FreeBody, body: &Body) -> [Vector3<f64>; 9] {
 }
 
 /// A part as triangles in the body frame: the hull of its outline.
-fn outline(part: &ConvexPart) -> replay::Mesh {
+fn outline(part: &ConvexPart) -> replay::ReplayMesh {
     let Some(hull) = Hull::of(&part.hull_points().collect::<Vec<_>>()) else {
-        return replay::Mesh { vertices: Vec::new(), triangles: Vec::new() };
+        return replay::ReplayMesh { vertices: Vec::new(), triangles: Vec::new() };
     };
-    replay::Mesh {
+    replay::ReplayMesh {
         vertices: hull.vertices.iter().map(|v| [v.x as f32, v.y as f32, v.z as f32]).collect(),
         triangles: hull.triangles,
     }

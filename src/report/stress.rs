@@ -7,19 +7,19 @@ use comfy_table::{Cell, CellAlignment};
 use super::files::{self, WriteError};
 use super::results;
 use super::table::table;
-use crate::study::stress::hard::Hard;
+use crate::study::stress::hard::StressCase;
 use crate::study::stress::measure::{Measured, Numbers};
-use crate::study::stress::{Row, Stress, Verdict};
+use crate::study::stress::{Stress, StressRow, StressVerdict};
 
 /// A verdict in a word or two.
-pub fn word(verdict: Verdict) -> &'static str {
+pub fn word(verdict: StressVerdict) -> &'static str {
     match verdict {
-        Verdict::Holds => "holds",
-        Verdict::Refused => "refused",
-        Verdict::HoldsFrom => "holds from",
-        Verdict::DoesNotHold => "does not hold",
-        Verdict::NotRun => "not run",
-        Verdict::Breaks => "BREAKS",
+        StressVerdict::Holds => "holds",
+        StressVerdict::Refused => "refused",
+        StressVerdict::HoldsFrom => "holds from",
+        StressVerdict::DoesNotHold => "does not hold",
+        StressVerdict::NotRun => "not run",
+        StressVerdict::Breaks => "BREAKS",
     }
 }
 
@@ -92,7 +92,7 @@ pub fn text(stress: &Stress) -> String {
 }
 
 /// The largest of each number over a row's run and the one at half the step.
-fn worst(row: &Row) -> Numbers {
+fn worst(row: &StressRow) -> Numbers {
     let larger = |number: fn(&Numbers) -> Option<f64>| {
         [&row.measured, &row.halved]
             .into_iter()
@@ -140,7 +140,7 @@ fn notes(stress: &Stress) -> Vec<String> {
     let mut notes: Vec<String> = stress
         .rows
         .iter()
-        .filter(|row| row.verdict != Verdict::Holds)
+        .filter(|row| row.verdict != StressVerdict::Holds)
         .map(|row| format!("{} {}: {}: {}", row.case, row.pair, word(row.verdict), row.notes.join("; ")))
         .collect();
     notes.push(count(stress));
@@ -149,21 +149,21 @@ fn notes(stress: &Stress) -> Vec<String> {
 
 /// How many of each verdict, and the time.
 fn count(stress: &Stress) -> String {
-    let of = |verdict: Verdict| stress.rows.iter().filter(|row| row.verdict == verdict).count();
+    let of = |verdict: StressVerdict| stress.rows.iter().filter(|row| row.verdict == verdict).count();
     let kinds = [
-        Verdict::Holds,
-        Verdict::Refused,
-        Verdict::HoldsFrom,
-        Verdict::DoesNotHold,
-        Verdict::NotRun,
-        Verdict::Breaks,
+        StressVerdict::Holds,
+        StressVerdict::Refused,
+        StressVerdict::HoldsFrom,
+        StressVerdict::DoesNotHold,
+        StressVerdict::NotRun,
+        StressVerdict::Breaks,
     ];
     let counts: Vec<String> = kinds
         .into_iter()
         .filter(|&kind| of(kind) > 0)
         .map(|kind| format!("{} {}", of(kind), word(kind)))
         .collect();
-    let wall: f64 = stress.rows.iter().map(Row::wall).sum();
+    let wall: f64 = stress.rows.iter().map(StressRow::wall).sum();
     format!("{} rows: {}; {wall:.0} s of one core.", stress.rows.len(), counts.join(", "))
 }
 
@@ -191,14 +191,14 @@ pub fn markdown(stress: &Stress) -> String {
 }
 
 /// A verdict with the number of its reason, which several cells may share.
-fn cell(row: &Row, reasons: &mut Vec<String>) -> String {
+fn cell(row: &StressRow, reasons: &mut Vec<String>) -> String {
     let word = word(row.verdict);
-    if row.verdict == Verdict::Holds {
+    if row.verdict == StressVerdict::Holds {
         return word.to_owned();
     }
     let reason = match (row.verdict, row.notes.as_slice()) {
         // The reason that the case gives, and the limit at the end.
-        (Verdict::HoldsFrom, [why, .., limit]) => format!("{why}; {limit}"),
+        (StressVerdict::HoldsFrom, [why, .., limit]) => format!("{why}; {limit}"),
         (_, [why, ..]) => why.clone(),
         (_, []) => return word.to_owned(),
     };
@@ -210,7 +210,7 @@ fn cell(row: &Row, reasons: &mut Vec<String>) -> String {
 }
 
 /// The cases and why each is hard.
-pub fn list(cases: &[Hard]) -> String {
+pub fn list(cases: &[StressCase]) -> String {
     let mut rows = table(&["theme", "case", "why it is hard"]);
     for case in cases {
         rows.add_row([case.theme.title(), case.name, case.why]);

@@ -54,42 +54,8 @@ pub fn summary(summary: &Summary) -> String {
         rows.text("recoil", &vector(&chaser.recoil_m_s.map(|v| 1e3 * v)), "mm/s");
         rows.text("spin by the shot (body)", &vector(&chaser.recoil_rad_s.map(|w| 1e3 * w)), "mrad/s");
     }
-    if let Some(closing) = &summary.closing {
-        rows.head("closing");
-        rows.optional("winches start", closing.triggered_s, "s", "never");
-        rows.optional("time to close", closing.time_to_close_s, "s", "not closed");
-        rows.number("thread off the reels", closing.length_end_m, "m");
-        rows.number("largest tension of a thread", closing.max_tension_n, "N");
-        rows.number("time at the tension limit", closing.time_at_limit_s, "s");
-        rows.number("winch work", closing.winch_work_j, "J");
-    }
-    if let Some(retention) = &summary.retention {
-        rows.head("holds");
-        for (name, trial) in [("one turn", retention.turn), ("the tug", retention.tug)] {
-            if let Some(trial) = trial {
-                rows.text(name, held(&trial), &format!("to {:.2} s", trial.held_until_s));
-            }
-        }
-    }
-    let cables = &summary.cables;
-    rows.head("cables");
-    rows.number("largest tension", cables.max_tension_n, "N");
-    rows.optional("least safety factor", cables.safety_factor, "", "never taut");
-    let kept = &summary.conservation;
-    rows.head("kept");
-    rows.number("momentum residual", kept.momentum_residual, "of the launch");
-    rows.number("angular momentum residual", kept.angular_momentum_residual, "of scale");
-    rows.number("energy residual", kept.energy_residual, "of the launch");
-    rows.number("largest energy rise", kept.energy_rise, "of the launch, between frames");
-    rows.number("energy created", kept.energy_created, "of the launch and the work put in");
-    rows.head("cost");
-    rows.number("wall time", summary.wall_s, "s");
-    rows.number("simulated", summary.simulated_s, "s");
-    for name in &summary.effects {
-        let share = summary.time_shares.get(&format!("effects.{name}"));
-        rows.number(&format!("effect {name}"), 100.0 * share.copied().unwrap_or(0.0), "% of the wall time");
-    }
-
+    rows.closing_and_holds(summary);
+    rows.kept_and_cost(summary);
     let warnings: String = summary.warnings.iter().map(|warning| format!("\nwarning: {warning}.")).collect();
     format!("{}\n{}\n{}{warnings}", summary.title, rows.0, verdict(summary))
 }
@@ -205,6 +171,53 @@ pub fn held(trial: &Trial) -> &'static str {
 struct Rows(Table);
 
 impl Rows {
+    /// What closes the net, and whether it held when tried.
+    fn closing_and_holds(&mut self, summary: &Summary) {
+        if let Some(closing) = &summary.closing {
+            self.head("closing");
+            self.optional("winches start", closing.triggered_s, "s", "never");
+            self.optional("time to close", closing.time_to_close_s, "s", "not closed");
+            self.number("thread off the reels", closing.length_end_m, "m");
+            self.number("largest tension of a thread", closing.max_tension_n, "N");
+            self.number("time at the tension limit", closing.time_at_limit_s, "s");
+            self.number("winch work", closing.winch_work_j, "J");
+        }
+        if let Some(retention) = &summary.retention {
+            self.head("holds");
+            for (name, trial) in [("one turn", retention.turn), ("the tug", retention.tug)] {
+                if let Some(trial) = trial {
+                    self.text(name, held(&trial), &format!("to {:.2} s", trial.held_until_s));
+                }
+            }
+        }
+    }
+
+    /// Cables, what must be kept, and what the run cost.
+    fn kept_and_cost(&mut self, summary: &Summary) {
+        let cables = &summary.cables;
+        self.head("cables");
+        self.number("largest tension", cables.max_tension_n, "N");
+        self.optional("least safety factor", cables.safety_factor, "", "never taut");
+        let kept = &summary.conservation;
+        self.head("kept");
+        self.number("momentum residual", kept.momentum_residual, "of the launch");
+        self.number("angular momentum residual", kept.angular_momentum_residual, "of scale");
+        self.number("energy residual", kept.energy_residual, "of the launch");
+        self.number("largest energy rise", kept.energy_rise, "of the launch, between frames");
+        self.number("energy created", kept.energy_created, "of the launch and the work put in");
+        self.head("cost");
+        self.number("wall time", summary.wall_s, "s");
+        self.number("simulated", summary.simulated_s, "s");
+        for name in &summary.effects {
+            let share = summary.time_shares.get(&format!("effects.{name}"));
+            self.number(
+                &format!("effect {name}"),
+                100.0 * share.copied().unwrap_or(0.0),
+                "% of the wall time",
+            );
+        }
+    }
+
     fn head(&mut self, name: &str) {
         self.0.add_row(vec![Cell::new(name).add_attribute(comfy_table::Attribute::Bold)]);
     }

@@ -1,6 +1,6 @@
 //! What a scene demands of a step, and what a method makes of that.
 
-use crate::contact::penalty::Penalty;
+use crate::contact::penalty::PenaltyForce;
 use crate::net::Net;
 use crate::options::TimeStep;
 use crate::solver::{ContactModel, Solver};
@@ -72,6 +72,6 @@ impl Demands<'_> {
         if !self.has_contact_force() {
             return f64::INFINITY;
         }
-        Penalty::new(self.net, &self.solver.penalty).stable_step(self.net, self.contact_speed())
+        PenaltyForce::new(self.net, &self.solver.penalty).stable_step(self.net, self.contact_speed())
     }
 }

@@ -26,7 +26,7 @@ use crate::metrics::summary::Summary;
 use crate::provenance::Provenance;
 use crate::solver::Solver;
 use difference::{Path, Separation};
-use track::{Bands, Member, Track};
+use track::{Bands, Track, TrackMember};
 use variants::Variant;
 
 /// Default trust distance as a share of the net's side.
@@ -34,16 +34,16 @@ pub const TRUST_SHARE: f64 = 0.01;
 
 /// What a comparison is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Request {
+pub struct CompareRequest {
     /// The ensemble that each variant is run as.
-    pub ensemble: ensemble::Request,
+    pub ensemble: ensemble::EnsembleRequest,
     /// Runs agree while their largest bullet difference is below this [m].
     pub trust_distance_m: f64,
     /// Whether runs go one after another, so that wall times are not those of a shared machine.
     pub serial: bool,
 }
 
-impl Request {
+impl CompareRequest {
     /// Runs that go at once.
     pub fn at_once(&self) -> usize {
         if self.serial { 1 } else { rayon::current_num_threads() }
@@ -56,7 +56,7 @@ pub struct Comparison {
     /// The scene's title.
     pub title: String,
     /// What was asked for.
-    pub request: Request,
+    pub request: CompareRequest,
     /// Label of the variant that the others are compared with.
     pub base: String,
     /// Most runs that shared the machine: above 1, wall times are longer than those of a run alone.
@@ -146,11 +146,11 @@ pub struct Against {
 /// `known` and the result have a list a variant, in the order of `variants`; a refused one has none.
 pub fn run(
     variants: &[Variant],
-    request: &Request,
-    known: Vec<Vec<Member>>,
-    done: impl Fn(usize, &Member) + Sync,
-) -> Vec<Vec<Member>> {
-    // Member by member, not variant by variant: what else the machine does then falls on all variants alike.
+    request: &CompareRequest,
+    known: Vec<Vec<TrackMember>>,
+    done: impl Fn(usize, &TrackMember) + Sync,
+) -> Vec<Vec<TrackMember>> {
+    // TrackMember by member, not variant by variant: what else the machine does then falls on all variants alike.
     let missing: Vec<(usize, usize, &Case)> = (0..request.ensemble.members)
         .flat_map(|member| {
             let cases = variants.iter().enumerate();
@@ -164,11 +164,11 @@ pub fn run(
         let outcome = settle::run(&case, request.ensemble.at_most_s, |_| {})
             .map(|(run, curves)| Track::of(&case, &run, curves))
             .map_err(|failure| failure.to_string());
-        let member = Member { member, at_once, outcome };
+        let member = TrackMember { member, at_once, outcome };
         done(v, &member);
         (v, member)
     };
-    let new: Vec<(usize, Member)> = if request.serial {
+    let new: Vec<(usize, TrackMember)> = if request.serial {
         missing.iter().map(one).collect()
     } else {
         // One at a time to each thread, in order: the default would deal each thread a block of variants.
@@ -186,7 +186,12 @@ pub fn run(
 
 impl Comparison {
     /// Sets `variants` side by side, whose runs are `members`.
-    pub fn of(title: &str, variants: &[Variant], request: &Request, members: &[Vec<Member>]) -> Comparison {
+    pub fn of(
+        title: &str,
+        variants: &[Variant],
+        request: &CompareRequest,
+        members: &[Vec<TrackMember>],
+    ) -> Comparison {
         let base = members.iter().position(|members| members.iter().any(|member| member.outcome.is_ok()));
         let base = base.or_else(|| variants.iter().position(|variant| variant.case.is_ok())).unwrap_or(0);
         let mut compared: Vec<Compared> = variants
@@ -224,8 +229,8 @@ impl Comparison {
 }
 
 impl Compared {
-    fn alone(variant: &Variant, members: &[Member], request: &Request) -> Compared {
-        let failure = |member: &Member| Some((member.member, member.outcome.as_ref().err()?.clone()));
+    fn alone(variant: &Variant, members: &[TrackMember], request: &CompareRequest) -> Compared {
+        let failure = |member: &TrackMember| Some((member.member, member.outcome.as_ref().err()?.clone()));
         Compared {
             label: variant.label.clone(),
             changes: variant.changes.clone(),
@@ -242,7 +247,7 @@ impl Compared {
 }
 
 impl Outcome {
-    fn of(case: &Case, members: &[Member], request: &Request) -> Option<Outcome> {
+    fn of(case: &Case, members: &[TrackMember], request: &CompareRequest) -> Option<Outcome> {
         let tracks: Vec<&Track> = tracks(members).map(|(_, track)| track).collect();
         let summaries: Vec<&Summary> = tracks.iter().map(|track| &track.summary).collect();
         let verdicts: Vec<_> = summaries.iter().filter_map(|summary| summary.capture).collect();
@@ -263,8 +268,8 @@ impl Outcome {
             .flat_map(|(i, &one)| paths[..i].iter().map(move |&other| (one, other)))
             .collect();
         (!tracks.is_empty()).then(|| Outcome {
-            solver: case.scene.solver,
-            scene_hash: case.hash.clone(),
+            solver: case.scene().solver,
+            scene_hash: case.hash().to_owned(),
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),
             reasons,
@@ -289,10 +294,10 @@ impl Outcome {
 impl Against {
     fn of(
         outcome: &Outcome,
-        members: &[Member],
+        members: &[TrackMember],
         base: &Outcome,
-        base_members: &[Member],
-        request: &Request,
+        base_members: &[TrackMember],
+        request: &CompareRequest,
     ) -> Option<Against> {
         // The same member of both: the same perturbation.
         let both: Vec<(&Track, &Track)> = tracks(base_members)
@@ -325,6 +330,6 @@ impl Against {
     }
 }
 
-fn tracks(members: &[Member]) -> impl Iterator<Item = (usize, &Track)> {
+fn tracks(members: &[TrackMember]) -> impl Iterator<Item = (usize, &Track)> {
     members.iter().filter_map(|member| Some((member.member, member.outcome.as_ref().ok()?)))
 }

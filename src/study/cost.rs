@@ -44,10 +44,10 @@ use crate::run::Run;
 use crate::scene::Source;
 
 use advice::Advice;
-use bench::Bench;
+use bench::BenchmarkRunner;
 use budget::Budget;
-use dials::Kind;
-use errors::Worth;
+use dials::DialKind;
+use errors::Evaluation;
 use front::Order;
 use map::Map;
 use reference::{Quality, Reference, Window};
@@ -59,7 +59,7 @@ const SAMPLE: f64 = 0.01;
 
 /// What a study is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Request {
+pub struct StudyRequest {
     /// What it may spend: processor time of a quiet core, counted (see [`budget`]) [s].
     pub budget_s: f64,
     /// Seed of the perturbations.
@@ -86,7 +86,7 @@ pub struct Study {
     /// Hash of scene and target as written.
     pub scene_hash: String,
     /// What was asked for.
-    pub request: Request,
+    pub request: StudyRequest,
     /// What it took [s].
     pub took_s: f64,
     /// Side of the net [m].
@@ -96,7 +96,7 @@ pub struct Study {
     /// How well the reference is known; null where there is none.
     pub reference: Option<Quality>,
     /// Every setting.
-    pub settings: Vec<Measured>,
+    pub settings: Vec<MeasuredSetting>,
     /// Labels of those on the front of each window of the reference, from the cheapest to the most accurate.
     pub fronts: Vec<Vec<String>>,
     /// Observed orders of convergence.
@@ -113,9 +113,9 @@ pub struct Study {
 
 /// One setting and what was measured of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Measured {
+pub struct MeasuredSetting {
     /// What it changes.
-    pub kind: Kind,
+    pub kind: DialKind,
     /// The dial.
     pub family: String,
     /// Its name.
@@ -132,14 +132,14 @@ pub struct Measured {
     /// What it costs.
     pub cost: Option<Cost>,
     /// What it is worth.
-    pub worth: Option<Worth>,
+    pub worth: Option<Evaluation>,
     /// What is wrong with it.
     pub warnings: Vec<String>,
     /// Numbers of the windows on whose front it is.
     pub fronts: Vec<usize>,
 }
 
-impl Measured {
+impl MeasuredSetting {
     /// Its error within window number `window`: the largest distance of a bullet [m].
     pub fn error(&self, window: usize) -> Option<f64> {
         Some(self.worth.as_ref()?.apart.get(window)?.as_ref()?.bullets.max_m)
@@ -147,7 +147,7 @@ impl Measured {
 
     /// Its place in the diagram of a window, if it belongs there: cost [s/s] and error [m].
     pub fn point(&self, window: usize) -> Option<(f64, f64)> {
-        (self.kind != Kind::Model).then_some((self.cost?.median, self.error(window)?))
+        (self.kind != DialKind::Model).then_some((self.cost?.median, self.error(window)?))
     }
 }
 
@@ -178,9 +178,10 @@ pub enum Error {
 ///
 /// # Errors
 /// Faults of the scene, or a run of it as written that fails.
+#[expect(clippy::too_many_lines, reason = "the stages of a study in their order, each with its share")]
 pub fn run(
     source: &Source,
-    request: &Request,
+    request: &StudyRequest,
     store: &impl Store,
     mut progress: impl FnMut(&str, f64),
 ) -> Result<Study, Error> {
@@ -203,7 +204,7 @@ pub fn run(
     spent += shares.reference * whole;
 
     let settings = dials::settings(source, &base);
-    let mut bench = Bench::new(&settings, reference.as_ref(), store, work);
+    let mut bench = BenchmarkRunner::new(&settings, reference.as_ref(), store, work);
     let mut budget = Budget::new((shares.survey * whole).min(whole - spent));
     spent += budget.left();
     bench.survey(&mut budget, |what| tell(what, shares.reference * whole));
@@ -215,16 +216,16 @@ pub fn run(
 
     tell("stability", spent);
     let opened = crate::metrics::deployment::Deployment::of(&base, &first).deployment_time_s;
-    let maps = map::maps(&base, opened.max(base.time_step.step), shares.maps * whole);
+    let maps = map::maps(&base, opened.max(base.time_step().step), shares.maps * whole);
     spent += shares.maps * whole;
 
     let mut study = Study {
-        title: base.scene.title.clone(),
-        scene: base.name.clone(),
-        scene_hash: written.hash.clone(),
+        title: base.scene().title.clone(),
+        scene: base.name().to_owned(),
+        scene_hash: written.hash().to_owned(),
         request: *request,
         took_s: 0.0,
-        side_m: base.net.designed_area.sqrt(),
+        side_m: base.net().designed_area.sqrt(),
         knot_radius_m: knot_radius(&base),
         fronts: fronts(&measured, reference.as_ref()),
         orders: orders(&measured, reference.as_ref()),
@@ -235,7 +236,7 @@ pub fn run(
         advice: Advice::default(),
         provenance: Provenance::here(),
     };
-    if base.target.is_some() {
+    if base.target().is_some() {
         let seed = request.seed;
         let asked = verdicts::Asked { seed, seconds: whole - spent, work };
         study.verdicts =
@@ -257,7 +258,7 @@ struct Shares {
 impl Shares {
     /// A scene with a target needs time for its ensembles.
     fn of(base: &Case) -> Shares {
-        match base.target {
+        match base.target() {
             Some(_) => Shares { reference: 0.15, survey: 0.3, repeats: 0.15, maps: 0.05 },
             None => Shares { reference: 0.35, survey: 0.3, repeats: 0.25, maps: 0.1 },
         }
@@ -266,9 +267,9 @@ impl Shares {
 
 /// The scene as all runs of the study have it: no expectation, frames at times that all steps meet.
 fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
-    let duration = written.scene.duration_s.0;
+    let duration = written.scene().duration_s.0;
     // Fewer frames of a large net: what is recorded has a limit.
-    let least = 2.0 * duration * written.net.n_knots() as f64 / source.limits.of(Limit::Positions) as f64;
+    let least = 2.0 * duration * written.net().n_knots() as f64 / source.limits.of(Limit::Positions) as f64;
     let sample = SAMPLE * (least / SAMPLE).ceil().max(1.0);
     let sample = if duration >= 10.0 * sample { sample } else { duration };
     let mut source = source.clone();
@@ -277,14 +278,19 @@ fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
 }
 
 /// The flight that the reference is asked for: up to the frame before first contact.
-fn flight(base: &Case, first_contact: Option<f64>, request: &Request, seconds: f64) -> reference::Request {
-    let sample = base.scene.output.sample_s.0;
-    let duration = base.scene.duration_s.0;
+fn flight(
+    base: &Case,
+    first_contact: Option<f64>,
+    request: &StudyRequest,
+    seconds: f64,
+) -> reference::ReferenceRequest {
+    let sample = base.scene().output.sample_s.0;
+    let duration = base.scene().duration_s.0;
     let end = first_contact.map_or(duration, |contact| (contact - sample).max(sample));
     let frames = (end / sample + 1e-6).floor() as usize;
-    reference::Request {
+    reference::ReferenceRequest {
         times: (0..=frames).map(|frame| frame as f64 * sample).collect(),
-        whole: first_contact.is_none() && base.target.is_none(),
+        whole: first_contact.is_none() && base.target().is_none(),
         first_contact,
         seed: request.seed,
         seconds,
@@ -293,16 +299,16 @@ fn flight(base: &Case, first_contact: Option<f64>, request: &Request, seconds: f
 }
 
 fn knot_radius(case: &Case) -> f64 {
-    case.net.radius.iter().copied().fold(0.0, f64::max)
+    case.net().radius.iter().copied().fold(0.0, f64::max)
 }
 
 /// Places of the front of a window: settings of the method, without a warning. Another answer to
 /// contact changes nothing before it.
-fn front_of(measured: &[Measured], window: usize, floor: f64) -> Vec<usize> {
+fn front_of(measured: &[MeasuredSetting], window: usize, floor: f64) -> Vec<usize> {
     let points: Vec<(f64, f64)> = measured
         .iter()
         .map(|one| {
-            let sound = one.kind == Kind::Method && one.warnings.is_empty();
+            let sound = one.kind == DialKind::Method && one.warnings.is_empty();
             one.point(window).filter(|_| sound).unwrap_or((f64::NAN, f64::NAN))
         })
         .collect();
@@ -310,7 +316,7 @@ fn front_of(measured: &[Measured], window: usize, floor: f64) -> Vec<usize> {
 }
 
 /// Labels of the fronts, window by window.
-fn fronts(measured: &[Measured], reference: Option<&Reference>) -> Vec<Vec<String>> {
+fn fronts(measured: &[MeasuredSetting], reference: Option<&Reference>) -> Vec<Vec<String>> {
     let windows = reference.iter().flat_map(|reference| &reference.quality.windows).enumerate();
     windows
         .map(|(window, Window { floor_m, .. })| {
@@ -321,7 +327,7 @@ fn fronts(measured: &[Measured], reference: Option<&Reference>) -> Vec<Vec<Strin
 }
 
 /// Observed orders in the first window: later chaos hides them.
-fn orders(measured: &[Measured], reference: Option<&Reference>) -> Vec<Order> {
+fn orders(measured: &[MeasuredSetting], reference: Option<&Reference>) -> Vec<Order> {
     let first = reference.and_then(|reference| reference.quality.windows.first());
     let floor = first.map_or(0.0, |window| window.floor_m);
     ["joints, step", "explicit, symplectic", "explicit, Runge-Kutta"]

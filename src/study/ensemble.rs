@@ -25,7 +25,7 @@ use crate::problems::Problems;
 
 /// What an ensemble is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Request {
+pub struct EnsembleRequest {
     /// Number of members.
     pub members: usize,
     /// Largest displacement of a knot along each axis [m].
@@ -84,7 +84,7 @@ pub struct Ensemble {
     /// Hash of scene and target.
     pub scene_hash: String,
     /// What was asked for.
-    pub request: Request,
+    pub request: EnsembleRequest,
     /// Share captured; absent without a target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub captured: Option<Share>,
@@ -114,7 +114,7 @@ pub struct Ensemble {
 /// Largest energy that a perturbation may put into the cables, over the launch energy [-]: more is another shot.
 const MOST_ENERGY: f64 = 1e-2;
 
-impl Request {
+impl EnsembleRequest {
     /// Checks that the perturbation leaves `case` what it is.
     ///
     /// # Errors
@@ -122,17 +122,17 @@ impl Request {
     /// would throw the net.
     pub fn check(&self, case: &Case) -> Result<(), Problems> {
         let mut problems = Problems::new("--perturb");
-        let shortest = case.net.cables.iter().map(|cable| cable.rest_length).fold(f64::INFINITY, f64::min);
+        let shortest = case.net().cables.iter().map(|cable| cable.rest_length).fold(f64::INFINITY, f64::min);
         let moved = perturbed(case, self, 0);
         let stretched = |positions: &[Vector3<f64>]| -> f64 {
             let energy = |cable: &Cable| {
                 let stretch = (positions[cable.b] - positions[cable.a]).norm() - cable.rest_length;
                 0.5 * cable.stiffness * stretch.max(0.0).powi(2)
             };
-            case.net.cables.iter().map(energy).sum()
+            case.net().cables.iter().map(energy).sum()
         };
         let (put_in, launch) =
-            (stretched(&moved.net.folded) - stretched(&case.net.folded), case.net.launch_energy());
+            (stretched(&moved.net().folded) - stretched(&case.net().folded), case.net().launch_energy());
         if self.perturb_m > shortest {
             problems.add(
                 "",
@@ -193,23 +193,25 @@ impl Ended {
 
 /// A copy of `case` whose folded knots are moved by up to `request.perturb_m` along each axis, and
 /// whose shots deviate anew where the scene disperses them.
-pub fn perturbed(case: &Case, request: &Request, member: usize) -> Case {
-    let mut case = case.clone();
-    case.disperse(member as u64);
+pub fn perturbed(case: &Case, request: &EnsembleRequest, member: usize) -> Case {
     // A stream a member: the same perturbation whatever the number of members or threads.
     let mut random = ChaCha8Rng::seed_from_u64(request.seed);
     random.set_stream(member as u64);
-    for position in &mut case.net.folded {
+    case.member(member as u64, || {
         let mut shift = || request.perturb_m * random.random_range(-1.0..=1.0);
-        *position += Vector3::new(shift(), shift(), shift());
-    }
-    case
+        Vector3::new(shift(), shift(), shift())
+    })
 }
 
 /// Runs the members that are not in `known` in parallel; `done` hears of each as it ends.
 ///
 /// Returns all members in their order.
-pub fn run(case: &Case, request: &Request, known: Vec<Member>, done: impl Fn(&Member) + Sync) -> Vec<Member> {
+pub fn run(
+    case: &Case,
+    request: &EnsembleRequest,
+    known: Vec<Member>,
+    done: impl Fn(&Member) + Sync,
+) -> Vec<Member> {
     let missing: Vec<usize> =
         (0..request.members).filter(|&member| known.iter().all(|k| k.member != member)).collect();
     let new: Vec<Member> = missing
@@ -232,7 +234,7 @@ pub fn run(case: &Case, request: &Request, known: Vec<Member>, done: impl Fn(&Me
 
 impl Ensemble {
     /// What `members` have in common and where they differ.
-    pub fn of(case: &Case, request: &Request, members: &[Member]) -> Ensemble {
+    pub fn of(case: &Case, request: &EnsembleRequest, members: &[Member]) -> Ensemble {
         let summaries: Vec<&Summary> = members.iter().filter_map(|m| m.outcome.as_ref().ok()).collect();
         let verdicts: Vec<_> = summaries.iter().filter_map(|summary| summary.capture).collect();
         let mut reasons = BTreeMap::new();
@@ -246,8 +248,8 @@ impl Ensemble {
             values.entry(name).or_default().push(value);
         }
         Ensemble {
-            title: case.scene.title.clone(),
-            scene_hash: case.hash.clone(),
+            title: case.scene().title.clone(),
+            scene_hash: case.hash().to_owned(),
             request: *request,
             captured: (!verdicts.is_empty())
                 .then(|| Share::of(verdicts.iter().filter(|v| v.captured).count(), verdicts.len())),

@@ -24,21 +24,21 @@ use crate::limits::Limits;
 use crate::provenance::Provenance;
 use crate::scene::Source;
 use crate::solver;
-use hard::{Hard, Limit};
+use hard::{KnownFailure, StressCase};
 use measure::{Measured, Numbers};
 
 /// `stress.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stress {
     /// Every case under every pair, case by case.
-    pub rows: Vec<Row>,
+    pub rows: Vec<StressRow>,
     /// What made these numbers.
     pub provenance: Provenance,
 }
 
 /// A case under a pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Row {
+pub struct StressRow {
     /// The case.
     pub case: String,
     /// What it is an example of.
@@ -46,7 +46,7 @@ pub struct Row {
     /// The pair of cables and contact.
     pub pair: String,
     /// What became of it.
-    pub verdict: Verdict,
+    pub verdict: StressVerdict,
     /// Why it is not simply "holds": the broken bounds, the refusal, the reason that the case gives.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -66,7 +66,7 @@ pub struct Row {
 /// What became of a case under a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
+pub enum StressVerdict {
     /// Every bound is kept.
     Holds,
     /// The checks refuse it, as they should.
@@ -81,7 +81,7 @@ pub enum Verdict {
     Breaks,
 }
 
-impl Row {
+impl StressRow {
     /// Wall time of its runs [s].
     pub fn wall(&self) -> f64 {
         [&self.measured, &self.halved, &self.at_limit].into_iter().flatten().map(|m| m.wall_s).sum()
@@ -90,8 +90,8 @@ impl Row {
 
 impl Stress {
     /// The rows whose promise is broken.
-    pub fn broken(&self) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(|row| row.verdict == Verdict::Breaks)
+    pub fn broken(&self) -> impl Iterator<Item = &StressRow> {
+        self.rows.iter().filter(|row| row.verdict == StressVerdict::Breaks)
     }
 }
 
@@ -107,7 +107,7 @@ pub struct Job {
 }
 
 impl Job {
-    fn new(row: usize, hard: &Hard, pair: &str, variant: RunVariant, case: Case) -> Job {
+    fn new(row: usize, hard: &StressCase, pair: &str, variant: RunVariant, case: Case) -> Job {
         let name = format!("{}-{pair}-{}", hard.name, variant.word());
         Job { row, variant, case, name }
     }
@@ -135,12 +135,12 @@ impl RunVariant {
 ///
 /// The result does not depend on the number of threads, but for wall times.
 pub fn run(
-    cases: &[Hard],
+    cases: &[StressCase],
     pairs: &[&str],
     known: impl Fn(&Job) -> Option<Measured> + Sync,
     done: impl Fn(&Job, &Measured) + Sync,
 ) -> Stress {
-    let asked: Vec<(&Hard, &str)> =
+    let asked: Vec<(&StressCase, &str)> =
         cases.iter().flat_map(|case| pairs.iter().map(move |pair| (case, *pair))).collect();
     let mut rows = Vec::with_capacity(asked.len());
     let mut jobs = Vec::new();
@@ -175,23 +175,23 @@ pub fn run(
 }
 
 /// Number of runs that [`run`] would do at most.
-pub fn n_runs(cases: &[Hard], pairs: &[&str]) -> usize {
-    let of = |hard: &Hard, pair: &str| prepare(hard, pair, 0).1.len();
+pub fn n_runs(cases: &[StressCase], pairs: &[&str]) -> usize {
+    let of = |hard: &StressCase, pair: &str| prepare(hard, pair, 0).1.len();
     cases.iter().map(|hard| pairs.iter().map(|pair| of(hard, pair)).sum::<usize>()).sum()
 }
 
 /// Steps of knots: about what a run costs.
 fn work(case: &Case) -> u64 {
-    case.n_steps() * u64::from(case.time_step.substeps) * case.net.n_knots() as u64
+    case.n_steps() * u64::from(case.time_step().substeps) * case.net().n_knots() as u64
 }
 
 /// The row of a case before anything ran, and the runs it needs.
-fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
-    let mut row = Row {
+fn prepare(hard: &StressCase, pair: &str, number: usize) -> (StressRow, Vec<Job>) {
+    let mut row = StressRow {
         case: hard.name.to_owned(),
         theme: hard.theme.title().to_owned(),
         pair: pair.to_owned(),
-        verdict: Verdict::Holds,
+        verdict: StressVerdict::Holds,
         notes: Vec::new(),
         bounds: hard.bounds.under(pair),
         measured: None,
@@ -202,7 +202,7 @@ fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
     if let Some(limit) = limit {
         row.notes.push(limit.why.to_owned());
         if limit.not_run {
-            row.verdict = Verdict::NotRun;
+            row.verdict = StressVerdict::NotRun;
             return (row, Vec::new());
         }
     }
@@ -230,10 +230,10 @@ fn prepare(hard: &Hard, pair: &str, number: usize) -> (Row, Vec<Job>) {
 }
 
 /// A refusal is right where the case names its place.
-fn refused(row: &mut Row, hard: &Hard, refusal: &crate::problems::Problems) {
+fn refused(row: &mut StressRow, hard: &StressCase, refusal: &crate::problems::Problems) {
     let expected = |place: &str| hard.refusals.contains(&place);
     let right = refusal.list.iter().all(|problem| expected(&problem.place));
-    row.verdict = if right { Verdict::Refused } else { Verdict::Breaks };
+    row.verdict = if right { StressVerdict::Refused } else { StressVerdict::Breaks };
     row.notes.extend(
         refusal.list.iter().map(|problem| {
             format!("{}: found {}; allowed: {}", problem.place, problem.found, problem.allowed)
@@ -242,17 +242,18 @@ fn refused(row: &mut Row, hard: &Hard, refusal: &crate::problems::Problems) {
 }
 
 /// Sets what was measured against the bounds.
-fn judge(row: &mut Row, limit: Option<&Limit>) {
+fn judge(row: &mut StressRow, limit: Option<&KnownFailure>) {
     let Some(measured) = &row.measured else { return };
     let broken = measured.broken(&row.bounds);
     let halved = row.halved.as_ref().map(|halved| halved.broken(&row.bounds)).unwrap_or_default();
     row.notes.extend(broken.iter().cloned());
     row.notes.extend(halved.iter().map(|broken| format!("at half the step: {broken}")));
-    if row.verdict == Verdict::Breaks {
+    if row.verdict == StressVerdict::Breaks {
         return;
     }
     let Some(limit) = limit else {
-        row.verdict = if broken.is_empty() && halved.is_empty() { Verdict::Holds } else { Verdict::Breaks };
+        row.verdict =
+            if broken.is_empty() && halved.is_empty() { StressVerdict::Holds } else { StressVerdict::Breaks };
         return;
     };
     let contradicted = limit.contradicted(&measured.numbers, &row.bounds);
@@ -262,14 +263,14 @@ fn judge(row: &mut Row, limit: Option<&Limit>) {
     row.notes.extend(contradicted.iter().cloned().chain(against_it));
     let is_true = contradicted.is_empty() && measured.failure.is_none();
     row.verdict = match at_limit {
-        _ if !is_true => Verdict::Breaks,
-        Some(broken) if !broken.is_empty() => Verdict::Breaks,
-        _ if broken.is_empty() => Verdict::Holds,
+        _ if !is_true => StressVerdict::Breaks,
+        Some(broken) if !broken.is_empty() => StressVerdict::Breaks,
+        _ if broken.is_empty() => StressVerdict::Holds,
         Some(_) => {
             row.notes.push(format!("holds from {words}"));
-            Verdict::HoldsFrom
+            StressVerdict::HoldsFrom
         }
-        None => Verdict::DoesNotHold,
+        None => StressVerdict::DoesNotHold,
     };
 }
 
@@ -278,7 +279,7 @@ pub fn pairs() -> Vec<&'static str> {
     solver::PAIRS.iter().map(|pair| pair.2).collect()
 }
 
-impl Hard {
+impl StressCase {
     /// The checked case under `pair`, with further `changes`, at `share` of its step.
     ///
     /// A limit is at the pair's own step, or at the one that its changes name.
@@ -301,12 +302,12 @@ impl Hard {
         let factor = share * self.times_step;
         if factor != 1.0 {
             // The pair's own step is known only now.
-            let step = case.scene.solver.step_s.map_or(case.time_step.step, |step| step.0);
+            let step = case.scene().solver.step_s.map_or(case.time_step().step, |step| step.0);
             source.set(&[format!("solver.step_s={:e}", factor * step)])?;
             case = Case::build(&source)?;
         }
         if let Some(start) = self.start {
-            start(&mut case);
+            case = case.changed(start)?;
         }
         Ok(case)
     }

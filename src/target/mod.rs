@@ -57,6 +57,18 @@ pub struct Target {
 }
 
 impl Target {
+    /// Whether mass, inertia, pose and motion are numbers: for targets that were not built from a scene.
+    pub fn check(&self, problems: &mut Problems) {
+        if !(self.mass.is_finite() && self.mass > 0.0) {
+            problems.add("target.mass", self.mass, "a mass above 0");
+        }
+        let vectors = self.position.iter().chain(&self.spin).chain(self.attitude.coords.iter());
+        if !vectors.chain(&self.inertia).all(|x| x.is_finite()) {
+            let found = format!("{:?}, {:?}, {:?}", self.position, self.spin, self.attitude);
+            problems.add("target", found, "pose, spin and inertia that are numbers");
+        }
+    }
+
     /// Checks the target that stands at `place`; `files` are those that the scene may name.
     ///
     /// `None` when anything is wrong; then `problems` has got the faults.
@@ -127,7 +139,7 @@ fn check_start(spec: &spec::TargetSpec, place: &str, problems: &mut Problems) {
 }
 
 /// The parts of a shape, or every fault in them.
-fn solids(found: &shape::Found<'_>, problems: &mut Problems) -> Option<Vec<Solid>> {
+fn solids(found: &shape::FoundShape<'_>, problems: &mut Problems) -> Option<Vec<Solid>> {
     let faults = problems.list.len();
     let parts = join(&found.place, "parts");
     if found.shape.parts.is_empty() {

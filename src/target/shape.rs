@@ -12,7 +12,7 @@ use crate::read;
 
 /// A shape, where it stands and what its own paths are relative to.
 #[derive(Debug)]
-pub struct Found<'a> {
+pub struct FoundShape<'a> {
     /// The shape.
     pub shape: Cow<'a, Shape>,
     /// The files that it may name.
@@ -27,10 +27,10 @@ pub fn find<'a>(
     files: &Files<'a>,
     place: &str,
     problems: &mut Problems,
-) -> Option<Found<'a>> {
+) -> Option<FoundShape<'a>> {
     let name = match choice {
         ShapeChoice::Inline(shape) => {
-            return Some(Found {
+            return Some(FoundShape {
                 shape: Cow::Borrowed(shape),
                 files: files.clone(),
                 place: place.to_owned(),
@@ -55,5 +55,5 @@ pub fn find<'a>(
     };
     let value = json::parse(&text, &inner_place, problems)?;
     let shape = read::typed(&value, &inner_place, problems)?;
-    Some(Found { shape: Cow::Owned(shape), files, place: inner_place })
+    Some(FoundShape { shape: Cow::Owned(shape), files, place: inner_place })
 }

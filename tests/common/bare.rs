@@ -32,11 +32,11 @@ impl Bare {
         let mut nothing = Interactions::default();
         Bare {
             before: state.clone(),
-            stepper: step::method(&case.scene.solver).build(&case.context()),
-            audit: EnergyAudit::start(&case.net, case.target.as_ref(), &mut nothing, &state),
+            stepper: step::method(&case.scene().solver).build(&case.context()),
+            audit: EnergyAudit::start(case.net(), case.target(), &mut nothing, &state),
             nothing,
             work: Work::default(),
-            step: case.time_step.step,
+            step: case.time_step().step,
             state,
         }
     }

@@ -5,7 +5,7 @@
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use tumblenet::cable::Cable;
-use tumblenet::case::Case;
+use tumblenet::case::{Built, Case};
 use tumblenet::limits::Limits;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
@@ -13,7 +13,7 @@ use tumblenet::net::Net;
 use tumblenet::run::Run;
 use tumblenet::scene::Source;
 use tumblenet::solver::PAIRS;
-use tumblenet::study::ensemble::{self, Request};
+use tumblenet::study::ensemble::{self, EnsembleRequest};
 
 /// Asserts `value` < `bound`; `cargo test -- --nocapture` prints what was measured.
 #[track_caller]
@@ -89,7 +89,7 @@ pub fn small_scene() -> Value {
 
 /// A run of `case` that must succeed.
 pub fn run(case: &Case) -> Run {
-    Run::of(case, |_| {}).unwrap_or_else(|failure| panic!("{}: {failure}", case.name))
+    Run::of(case, |_| {}).unwrap_or_else(|failure| panic!("{}: {failure}", case.name()))
 }
 
 /// The summary of a run of `case`.
@@ -100,9 +100,9 @@ pub fn summary(case: &Case) -> Summary {
 
 /// Summaries of `members` copies of `case`, perturbed by 1e-6 m as `tumblenet run --ensemble` does.
 pub fn ensemble(case: &Case, members: usize) -> Vec<Summary> {
-    let request = Request { members, perturb_m: 1e-6, seed: 1, at_most_s: None };
+    let request = EnsembleRequest { members, perturb_m: 1e-6, seed: 1, at_most_s: None };
     let members = ensemble::run(case, &request, Vec::new(), |_| {});
-    members.into_iter().map(|m| m.outcome.unwrap_or_else(|why| panic!("{}: {why}", case.name))).collect()
+    members.into_iter().map(|m| m.outcome.unwrap_or_else(|why| panic!("{}: {why}", case.name()))).collect()
 }
 
 /// How many of an ensemble are captured.
@@ -121,17 +121,22 @@ pub fn spread(members: &[Summary], name: &str) -> [f64; 3] {
     [values[0], values[values.len() / 2], values[values.len() - 1]]
 }
 
+/// `case` with what `change` makes of its net, target and step.
+pub fn changed(case: Case, change: impl FnOnce(&mut Built)) -> Case {
+    case.changed(change).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
 /// The same case with everything turned about the origin.
 pub fn in_turned_frame(case: &Case, turn: &Rotation3<f64>) -> Case {
-    let mut case = case.clone();
-    for vector in case.net.folded.iter_mut().chain(&mut case.net.launch_velocity) {
-        *vector = turn * *vector;
-    }
-    if let Some(target) = &mut case.target {
-        target.position = turn * target.position;
-        target.attitude = UnitQuaternion::from_rotation_matrix(turn) * target.attitude;
-    }
-    case
+    changed(case.clone(), |built| {
+        for vector in built.net.folded.iter_mut().chain(&mut built.net.launch_velocity) {
+            *vector = turn * *vector;
+        }
+        if let Some(target) = &mut built.target {
+            target.position = turn * target.position;
+            target.attitude = UnitQuaternion::from_rotation_matrix(turn) * target.attitude;
+        }
+    })
 }
 
 /// Free knots without cables: (mass [kg], position [m], velocity [m/s]), of radius 0.5 mm.
@@ -141,7 +146,7 @@ pub fn knots(knots: &[(f64, [f64; 3], [f64; 3])]) -> Net {
         mass: knots.iter().map(|knot| knot.0).collect(),
         young_modulus: vec![4.456e8; knots.len()],
         radius: vec![5e-4; knots.len()],
-        cables: Vec::new(),
+        cables: [].into(),
         bullets: [0; 4],
         perimeter: vec![0],
         designed_area: 1.0,
@@ -153,7 +158,7 @@ pub fn knots(knots: &[(f64, [f64; 3], [f64; 3])]) -> Net {
 /// Ties two knots of `net` by a cable of natural frequency `omega` [rad/s] and damping ratio `zeta`.
 pub fn tie(net: &mut Net, [a, b]: [usize; 2], rest_length: f64, omega: f64, zeta: f64) {
     let reduced_mass = net.mass[a] * net.mass[b] / (net.mass[a] + net.mass[b]);
-    net.cables.push(Cable {
+    let cable = Cable {
         a,
         b,
         rest_length,
@@ -161,7 +166,8 @@ pub fn tie(net: &mut Net, [a, b]: [usize; 2], rest_length: f64, omega: f64, zeta
         damping: 2.0 * zeta * reduced_mass * omega,
         reduced_mass,
         breaking_tension: f64::INFINITY,
-    });
+    };
+    net.cables = net.cables.iter().copied().chain([cable]).collect();
 }
 
 /// The net of `net` as Eq. 3.1 to 3.5 state it, integrated by classical RK4 with a fixed step.
@@ -208,7 +214,7 @@ pub fn rk4_net(net: &Net, step: f64, times: &[f64]) -> Vec<Vec<Vector3<f64>>> {
 
 fn accelerations(net: &Net, x: &[Vector3<f64>], v: &[Vector3<f64>], a: &mut [Vector3<f64>]) {
     a.iter_mut().for_each(|a| *a = Vector3::zeros());
-    for c in &net.cables {
+    for c in net.cables.iter() {
         let d = x[c.b] - x[c.a];
         let r = d.norm();
         if r > c.rest_length {

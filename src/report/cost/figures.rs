@@ -9,7 +9,7 @@ use crate::study::cost::advice::{length, seconds};
 use crate::study::cost::dials::FAMILIES;
 use crate::study::cost::map::{Map, UNSTABLE};
 use crate::study::cost::verdicts::Agreement;
-use crate::study::cost::{Measured, Study};
+use crate::study::cost::{MeasuredSetting, Study};
 
 /// Families of the diagram that are one point or a bundle, not a line.
 const NO_LINE: [&str; 3] = ["as written", "other cables", "contact"];
@@ -39,7 +39,7 @@ fn series(family: &str) -> usize {
 }
 
 /// The settings of a family that have a point in a window, by their position on the dial.
-fn points<'a>(study: &'a Study, family: &str, window: usize) -> Vec<(&'a Measured, (f64, f64))> {
+fn points<'a>(study: &'a Study, family: &str, window: usize) -> Vec<(&'a MeasuredSetting, (f64, f64))> {
     let of = study.settings.iter().filter(|one| one.family == family);
     let mut points: Vec<_> = of.filter_map(|one| Some((one, one.point(window)?))).collect();
     points.sort_by(|a, b| a.0.value.unwrap_or(0.0).total_cmp(&b.0.value.unwrap_or(0.0)));
@@ -139,7 +139,7 @@ fn trust(study: &Study) -> Figure {
         key("the two references", INK, Swatch::Line),
     ];
     let mut all: Vec<f64> = quality.means_apart_m.iter().chain(&quality.floor_m).copied().collect();
-    let front: Vec<&Measured> = study.settings.iter().filter(|one| !one.fronts.is_empty()).collect();
+    let front: Vec<&MeasuredSetting> = study.settings.iter().filter(|one| !one.fronts.is_empty()).collect();
     for (number, one) in front.iter().enumerate() {
         let Some(worth) = &one.worth else { continue };
         marks.push(line(curve(&worth.curve_m), colour(number), 2, dashed(number)));

@@ -36,6 +36,6 @@ pub fn of(study: &Study) -> &'static [Other] {
     let at = study.windows().last().map_or(0.0, |window| window.end_s);
     let as_built_in = Source::find("deployment-kevlar")
         .and_then(|source| crate::case::Case::build(&source))
-        .is_ok_and(|case| case.hash == study.scene_hash);
+        .is_ok_and(|case| case.hash() == study.scene_hash);
     if as_built_in && (at - 0.5).abs() < 0.05 { &OTHERS } else { &[] }
 }

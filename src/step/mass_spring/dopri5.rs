@@ -10,6 +10,8 @@
 //! explicit net (`solver.integrator: "located"`): there it is restarted for every sub-step, between
 //! which contact and threads act.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::stability::stable_step;
@@ -72,7 +74,7 @@ enum Mode {
 
 /// The net under way.
 pub struct Dopri5 {
-    cables: Vec<Cable>,
+    cables: Arc<[Cable]>,
     mass: Vec<f64>,
     modes: Vec<Mode>,
     /// Largest tension of each cable since it was last asked for [N].
@@ -118,7 +120,7 @@ impl Dopri5 {
         let n = 3 * net.n_knots();
         let stable = stable_step(net);
         Dopri5 {
-            cables: net.cables.clone(),
+            cables: Arc::clone(&net.cables),
             mass: net.mass.clone(),
             modes: vec![Mode::Slack; net.cables.len()],
             tension: vec![0.0; net.cables.len()],
@@ -305,7 +307,7 @@ fn parting(y: &[f64], cable: &Cable) -> Vector3<f64> {
 fn pull(cable: &Cable, across: &Vector3<f64>, parting: &Vector3<f64>) -> (f64, f64) {
     let length = across.norm();
     let rate = across.dot(parting) / length;
-    ((cable.stiffness * (length - cable.rest_length) + cable.damping * rate) / length, length)
+    (cable.taut_force(length, rate) / length, length)
 }
 
 fn mode_of(cable: &Cable, across: &Vector3<f64>, parting: &Vector3<f64>) -> Mode {
@@ -394,7 +396,7 @@ mod tests {
             mass: vec![1.0; 2],
             young_modulus: vec![1e9; 2],
             radius: vec![1e-3; 2],
-            cables: vec![cable],
+            cables: Arc::new([cable]),
             bullets: [0; 4],
             perimeter: vec![0],
             designed_area: 1.0,

@@ -25,7 +25,7 @@ pub fn stable_step(net: &Net) -> f64 {
     // The bound below adds what a few dozen iterations may still miss.
     for _ in 0..60 {
         let mut image = vec![0.0; mode.len()];
-        for cable in cables {
+        for cable in cables.iter() {
             let pull = cable.stiffness * (mode[cable.a] - mode[cable.b]);
             image[cable.a] += pull / net.mass[cable.a];
             image[cable.b] -= pull / net.mass[cable.b];

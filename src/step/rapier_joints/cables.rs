@@ -17,6 +17,8 @@
 //! Limits: a snap acts at the start of the step it falls in, so its time is known to a step; the
 //! implicit row damps what it cannot resolve (ω times sub-step above 1), on the safe side.
 
+use std::sync::Arc;
+
 use crate::cable::Cable;
 use crate::net::Net;
 use crate::state::{Knots, State};
@@ -34,7 +36,7 @@ const RESOLVED: f64 = 30.0;
 
 /// The cables of a net as joints of the world.
 pub struct CableJoints {
-    cables: Vec<Cable>,
+    cables: Arc<[Cable]>,
     inverse_mass: Vec<f64>,
     snaps: Vec<Snap>,
     /// Whether each cable's joint acts, as last told to the world.
@@ -71,7 +73,7 @@ impl CableJoints {
 
     /// Ties the cables of `net` in `world`, with `passes` over the snaps.
     pub fn install(net: &Net, passes: u32, world: &mut World) -> CableJoints {
-        for cable in &net.cables {
+        for cable in net.cables.iter() {
             let frequency = cable.natural_frequency() / std::f64::consts::TAU;
             world.tie([cable.a, cable.b], cable.rest_length, frequency, cable.damping_ratio());
         }
@@ -93,7 +95,7 @@ impl CableJoints {
             snapped: Vec::new(),
             n_snaps: 0,
             n_rows: 0,
-            cables: net.cables.clone(),
+            cables: Arc::clone(&net.cables),
         }
     }
 

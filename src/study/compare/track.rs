@@ -14,7 +14,7 @@ use crate::study::ensemble::Quartiles;
 
 /// One run of one variant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Member {
+pub struct TrackMember {
     /// Its number, from 0: the same number is the same perturbation in every variant.
     pub member: usize,
     /// How many runs shared the machine with it, itself included.
@@ -96,7 +96,7 @@ impl Track {
     /// What is kept of `run`, whose capture curves are `curves`.
     pub fn of(case: &Case, run: &Run, curves: Curves) -> Track {
         let frames = &run.frames;
-        let momentum_target: Vec<Vector3<f64>> = match &case.target {
+        let momentum_target: Vec<Vector3<f64>> = match case.target() {
             Some(target) if target.motion == crate::target::spec::Motion::Free => {
                 frames.target.iter().map(|body| target.mass * body.velocity).collect()
             }
@@ -116,7 +116,7 @@ impl Track {
             })
             .collect();
         let area_at =
-            |time: &f64| run.mouth_area[(time / run.step).round() as usize] / case.net.designed_area;
+            |time: &f64| run.mouth_area[(time / run.step).round() as usize] / case.net().designed_area;
         Track {
             summary: Summary::of(case, run, &curves),
             path: path(case, run),
@@ -137,15 +137,15 @@ fn path(case: &Case, run: &Run) -> Path {
     let mut travel = 0.0;
     let mut last: Option<Vector3<f64>> = None;
     let travel_m = frames.knots.iter().map(|knots| {
-        let weighted: Vector3<f64> = case.net.mass.iter().zip(knots).map(|(mass, x)| *mass * x).sum();
-        let centre = weighted / case.net.total_mass();
+        let weighted: Vector3<f64> = case.net().mass.iter().zip(knots).map(|(mass, x)| *mass * x).sum();
+        let centre = weighted / case.net().total_mass();
         travel += last.replace(centre).map_or(0.0, |before| (centre - before).norm());
         travel
     });
     Path {
         time_s: frames.time.clone(),
         travel_m: travel_m.collect(),
-        bullets_m: frames.knots.iter().map(|knots| case.net.bullets.map(|b| knots[b].into())).collect(),
+        bullets_m: frames.knots.iter().map(|knots| case.net().bullets.map(|b| knots[b].into())).collect(),
     }
 }
 

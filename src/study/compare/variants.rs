@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(variants.len(), 4);
         assert_eq!(variants[1].label, "joints+rapier, solver.sweeps=2, launch.speed_m_s=2");
         let case = variants[3].case.as_ref().unwrap();
-        assert_eq!((case.scene.solver.sweeps, case.scene.launch.speed_m_s), (4, 2.0));
+        assert_eq!((case.scene().solver.sweeps, case.scene().launch.speed_m_s), (4, 2.0));
     }
 
     #[test]

@@ -8,8 +8,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::dials::{Kind, explicit_changes, two_digits};
-use super::{Measured, Study};
+use super::dials::{DialKind, explicit_changes, two_digits};
+use super::{MeasuredSetting, Study};
 use crate::case::Case;
 use crate::provenance::Provenance;
 use crate::solver::{ContactModel, Integrator, Solver};
@@ -103,7 +103,7 @@ pub struct OnScene {
 
 /// A setting that was found for an accuracy.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundSetting {
     /// What it changes in the scene, as for `--set`.
     pub changes: Vec<String>,
     /// Which it is and where it was measured, in words.
@@ -124,7 +124,7 @@ impl Table {
     pub fn of(studies: &[Study]) -> Table {
         let mut entries: Vec<Entry> = Vec::new();
         for study in studies {
-            let known = |one: &&Measured| FAMILIES.contains(&one.family.as_str());
+            let known = |one: &&MeasuredSetting| FAMILIES.contains(&one.family.as_str());
             for one in study.settings.iter().filter(known) {
                 let (Some(value), Some(cost)) = (one.value, one.cost) else { continue };
                 let windows = study.windows().iter().enumerate();
@@ -159,10 +159,10 @@ impl Table {
     ///
     /// # Errors
     /// The finest that is known for such a scene [m].
-    pub fn find(&self, case: &Case, accuracy: Accuracy) -> Result<Found, f64> {
-        let side = case.net.designed_area.sqrt();
+    pub fn find(&self, case: &Case, accuracy: Accuracy) -> Result<FoundSetting, f64> {
+        let side = case.net().designed_area.sqrt();
         let wanted = accuracy.length(side);
-        let families: &[&str] = match (&case.target, case.scene.solver.contact) {
+        let families: &[&str] = match (case.target(), case.scene().solver.contact) {
             (None, _) => &FAMILIES,
             (Some(_), ContactModel::Rapier) => &["joints, step", "joints, flight explicit"],
             (Some(_), _) => &["explicit, symplectic"],
@@ -170,7 +170,7 @@ impl Table {
         // The engine's flight is explicit anyway where there is nothing to meet.
         let usable = |entry: &&Entry| {
             families.contains(&entry.family.as_str())
-                && (case.target.is_some() || entry.family != "joints, flight explicit")
+                && (case.target().is_some() || entry.family != "joints, flight explicit")
                 && entry.measured.iter().all(|on| on.sound)
         };
         let mut finest = f64::INFINITY;
@@ -187,7 +187,7 @@ impl Table {
         let (entry, error) = best.ok_or(finest)?;
         let scenes: Vec<&str> = entry.measured.iter().map(|on| on.scene.as_str()).collect();
         let changes = entry.changes(case);
-        Ok(Found {
+        Ok(FoundSetting {
             words: format!(
                 "{} (measured on {}: at most {} before contact on a net of this size)",
                 changes.join(" "),
@@ -212,16 +212,16 @@ impl Entry {
     fn changes(&self, case: &Case) -> Vec<String> {
         if self.family == "explicit, symplectic" {
             // A stiff penalty may need a shorter step than the cables do.
-            let solver = &case.scene.solver;
+            let solver = &case.scene().solver;
             let explicit = Solver { contact: solver.contact, ..solver.with_pair("explicit+impulse") };
             let demands = Demands { solver: &explicit, ..case.demands() };
             let safe = step::method(&explicit).limits(&demands).safe;
-            let wanted = self.value * stable_step(&case.net);
-            let step = two_digits(if wanted > safe && case.target.is_some() { safe } else { wanted });
+            let wanted = self.value * stable_step(case.net());
+            let step = two_digits(if wanted > safe && case.target().is_some() { safe } else { wanted });
             let mut changes = explicit_changes(Integrator::Symplectic, step);
             // A response of its own stays what the scene says.
             changes.retain(|change| {
-                case.scene.solver.contact == ContactModel::Rapier || !change.starts_with("solver.contact=")
+                case.scene().solver.contact == ContactModel::Rapier || !change.starts_with("solver.contact=")
             });
             return changes;
         }
@@ -241,26 +241,26 @@ impl Study {
     ///
     /// # Errors
     /// The finest that was measured [m].
-    pub fn find(&self, case: &Case, accuracy: Accuracy) -> Result<Found, f64> {
+    pub fn find(&self, case: &Case, accuracy: Accuracy) -> Result<FoundSetting, f64> {
         let wanted = accuracy.length(self.side_m);
-        let keeps = |one: &&Measured| {
+        let keeps = |one: &&MeasuredSetting| {
             let explicit = one.family.starts_with("explicit");
-            let engine = case.scene.solver.contact == ContactModel::Rapier;
-            one.kind == Kind::Method
+            let engine = case.scene().solver.contact == ContactModel::Rapier;
+            one.kind == DialKind::Method
                 && one.warnings.is_empty()
-                && (case.target.is_none() || explicit != engine)
+                && (case.target().is_none() || explicit != engine)
         };
         // Below every floor the first window, which has the lowest.
         let window = self.window_for(wanted).unwrap_or(0);
         let floor = self.windows().get(window).map_or(f64::INFINITY, |window| window.floor_m);
-        let point = |one: &Measured| one.point(window).map(|(cost, error)| (cost, error.max(floor)));
-        let sound: Vec<(&Measured, (f64, f64))> =
+        let point = |one: &MeasuredSetting| one.point(window).map(|(cost, error)| (cost, error.max(floor)));
+        let sound: Vec<(&MeasuredSetting, (f64, f64))> =
             self.settings.iter().filter(keeps).filter_map(|one| Some((one, point(one)?))).collect();
         let enough = sound.iter().filter(|(_, (_, error))| *error <= wanted);
         let (one, (cost, error)) = enough
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0))
             .ok_or_else(|| sound.iter().map(|(_, (_, error))| *error).fold(f64::INFINITY, f64::min))?;
-        Ok(Found {
+        Ok(FoundSetting {
             changes: one.changes.clone(),
             words: format!(
                 "{} (measured on this scene: {} before contact, {} of processor time per simulated second)",
@@ -312,7 +312,7 @@ mod tests {
                 // Contact stays as it was.
                 let before = case(scene, changes);
                 assert!(
-                    before.target.is_none() || set.scene.solver.contact == before.scene.solver.contact,
+                    before.target().is_none() || set.scene().solver.contact == before.scene().solver.contact,
                     "{found:?}"
                 );
                 assert!(found.words.contains("measured on"), "{found:?}");

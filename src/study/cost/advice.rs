@@ -74,7 +74,9 @@ impl Advice {
 fn verdict(study: &Study) -> Option<&Verdicts> {
     let sound = |verdicts: &&Verdicts| {
         study.settings.iter().any(|one| {
-            one.label == verdicts.label && one.kind != super::dials::Kind::Model && one.warnings.is_empty()
+            one.label == verdicts.label
+                && one.kind != super::dials::DialKind::Model
+                && one.warnings.is_empty()
         })
     };
     let agreeing =

@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::budget::{self, Budget};
 use super::dials::Setting;
-use super::errors::Worth;
+use super::errors::Evaluation;
 use super::reference::{Reference, Window};
 use super::timing::{Cost, timed};
-use super::{Measured, Store, front_of, knot_radius};
+use super::{MeasuredSetting, Store, front_of, knot_radius};
 use crate::problems::Problem;
 use crate::work::Work;
 
@@ -28,11 +28,11 @@ struct Sample {
     /// Processor time per simulated second [s/s].
     cost: f64,
     /// What the run was worth, or why it failed.
-    outcome: Result<Worth, String>,
+    outcome: Result<Evaluation, String>,
 }
 
 /// The settings under measurement.
-pub struct Bench<'a, S> {
+pub struct BenchmarkRunner<'a, S> {
     settings: &'a [Setting],
     reference: Option<&'a Reference>,
     store: &'a S,
@@ -42,7 +42,7 @@ pub struct Bench<'a, S> {
     written: &'a Work,
 }
 
-impl<'a, S: Store> Bench<'a, S> {
+impl<'a, S: Store> BenchmarkRunner<'a, S> {
     /// A bench for `settings` of a scene that, as written, is the work `written`.
     pub fn new(
         settings: &'a [Setting],
@@ -51,7 +51,7 @@ impl<'a, S: Store> Bench<'a, S> {
         written: &'a Work,
     ) -> Self {
         let (samples, left_out) = (vec![Vec::new(); settings.len()], vec![None; settings.len()]);
-        Bench { settings, reference, store, samples, left_out, written }
+        BenchmarkRunner { settings, reference, store, samples, left_out, written }
     }
 
     /// Each setting once, the cheapest first, as far as the budget goes.
@@ -111,10 +111,10 @@ impl<'a, S: Store> Bench<'a, S> {
         let number = self.samples[place].len();
         let sample = self.known(place, number).unwrap_or_else(|| {
             let (run, seconds) = timed(case);
-            let outcome = run.map(|run| Worth::of(case, &run, self.reference));
+            let outcome = run.map(|run| Evaluation::of(case, &run, self.reference));
             let sample = Sample {
                 windows: self.windows(),
-                cost: seconds / case.scene.duration_s.0,
+                cost: seconds / case.scene().duration_s.0,
                 outcome: outcome.map_err(|failure| failure.to_string()),
             };
             self.store.keep(case, "measured", number, &sample);
@@ -139,13 +139,13 @@ impl<'a, S: Store> Bench<'a, S> {
     }
 
     /// What has been measured so far.
-    pub fn measured(&self) -> Vec<Measured> {
-        let mut measured: Vec<Measured> = self
+    pub fn measured(&self) -> Vec<MeasuredSetting> {
+        let mut measured: Vec<MeasuredSetting> = self
             .settings
             .iter()
             .zip(&self.samples)
             .zip(&self.left_out)
-            .map(|((setting, samples), left_out)| Measured::of(setting, samples, left_out.clone()))
+            .map(|((setting, samples), left_out)| MeasuredSetting::of(setting, samples, left_out.clone()))
             .collect();
         let windows = self.reference.iter().flat_map(|reference| &reference.quality.windows);
         for (window, Window { floor_m, .. }) in windows.enumerate() {
@@ -157,8 +157,8 @@ impl<'a, S: Store> Bench<'a, S> {
     }
 }
 
-impl Measured {
-    fn of(setting: &Setting, samples: &[Sample], left_out: Option<String>) -> Measured {
+impl MeasuredSetting {
+    fn of(setting: &Setting, samples: &[Sample], left_out: Option<String>) -> MeasuredSetting {
         let worth = samples.first().and_then(|sample| sample.outcome.as_ref().ok());
         let failure = samples.first().and_then(|sample| sample.outcome.as_ref().err());
         let case = setting.case.as_ref();
@@ -166,13 +166,13 @@ impl Measured {
             let words = |p: &Problem| format!("{}: found {}; allowed: {}", p.place, p.found, p.allowed);
             format!("refused: {}", problems.list.iter().map(words).collect::<Vec<_>>().join("; "))
         });
-        Measured {
+        MeasuredSetting {
             kind: setting.kind,
             family: setting.family.to_owned(),
             label: setting.label.clone(),
             value: setting.value,
             changes: setting.changes.clone(),
-            step_s: case.ok().and_then(|case| case.scene.solver.step_s).map(|step| step.0),
+            step_s: case.ok().and_then(|case| case.scene().solver.step_s).map(|step| step.0),
             without: refused.or_else(|| failure.map(|why| format!("failed: {why}"))).or(left_out),
             cost: Cost::of(samples.iter().filter(|s| s.outcome.is_ok()).map(|s| s.cost).collect()),
             worth: worth.cloned(),

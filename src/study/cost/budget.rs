@@ -60,7 +60,7 @@ impl Price {
 
 /// What a run of `case` that did `work` costs [s].
 pub fn price(case: &Case, work: &Work) -> f64 {
-    let (solver, net) = (&case.scene.solver, &case.net);
+    let (solver, net) = (&case.scene().solver, case.net());
     let n_knots = net.n_knots() as f64;
     step::method(solver).price(solver, net.n_knots(), net.cables.len(), work)
         + Price::CONTACT * work.contacts as f64
@@ -73,7 +73,8 @@ pub fn price(case: &Case, work: &Work) -> f64 {
 pub fn forecast(case: &Case, known: &Work) -> f64 {
     let steps = case.n_steps();
     let contacts_a_step = known.contacts as f64 / known.steps.max(1) as f64;
-    let flight = step::method(&case.scene.solver).forecast(case.net.cables.len(), steps, case.time_step);
+    let flight =
+        step::method(&case.scene().solver).forecast(case.net().cables.len(), steps, case.time_step());
     price(case, &Work { contacts: (contacts_a_step * steps as f64) as u64, ..flight })
 }
 

@@ -37,7 +37,7 @@ const TOLERANCES: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 /// What a setting changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum DialKind {
     /// How the equations are solved: it has an error.
     Method,
     /// How contact is answered: alike before contact, another distribution after it.
@@ -50,7 +50,7 @@ pub enum Kind {
 #[derive(Clone)]
 pub struct Setting {
     /// What it changes.
-    pub kind: Kind,
+    pub kind: DialKind,
     /// The dial, and what else stands fixed: a line of the diagram.
     pub family: &'static str,
     /// Its name, short enough for a diagram.
@@ -91,7 +91,7 @@ struct Dials<'a> {
 impl Dials<'_> {
     fn add(
         &mut self,
-        kind: Kind,
+        kind: DialKind,
         family: &'static str,
         label: String,
         value: Option<f64>,
@@ -106,12 +106,12 @@ impl Dials<'_> {
 /// Every position of every dial that the scene `source`, built as `base`, has.
 pub fn settings(source: &Source, base: &Case) -> Vec<Setting> {
     let mut dials = Dials { source, list: Vec::new() };
-    dials.add(Kind::Method, AS_WRITTEN, AS_WRITTEN.to_owned(), None, &[]);
+    dials.add(DialKind::Method, AS_WRITTEN, AS_WRITTEN.to_owned(), None, &[]);
     joints(&mut dials, base);
     explicit(&mut dials, base);
     located(&mut dials, base);
     others(&mut dials);
-    if base.target.is_some() {
+    if base.target().is_some() {
         contacts(&mut dials, base);
     }
     models(&mut dials, source, base);
@@ -129,7 +129,7 @@ fn joints(dials: &mut Dials<'_>, base: &Case) {
     let ms = |step: f64| format!("{} ms", plain(1e3 * step));
     let step = |step: f64| format!("solver.step_s={step}");
     let mut add = |family, label, value: f64, changes: &[String]| {
-        dials.add(Kind::Method, family, label, Some(value), &engine(changes));
+        dials.add(DialKind::Method, family, label, Some(value), &engine(changes));
     };
     for h in STEPS {
         add("joints, step", format!("joints {}", ms(h)), h, &[step(h)]);
@@ -147,7 +147,7 @@ fn joints(dials: &mut Dials<'_>, base: &Case) {
         let changes = [step(JOINTS_STEP), format!("solver.snap_passes={passes}")];
         add("joints, snap passes", format!("{passes} snap passes"), f64::from(passes), &changes);
     }
-    if base.target.is_some() {
+    if base.target().is_some() {
         for h in [1e-3, JOINTS_STEP, 2e-4] {
             let changes = [step(h), "solver.flight=explicit".to_owned()];
             add("joints, flight explicit", format!("flight explicit, joints {}", ms(h)), h, &changes);
@@ -171,7 +171,7 @@ pub fn explicit_changes(integrator: Integrator, step: f64) -> Vec<String> {
 }
 
 fn explicit(dials: &mut Dials<'_>, base: &Case) {
-    let stable = stable_step(&base.net);
+    let stable = stable_step(base.net());
     for (integrator, family, name) in [
         (Integrator::Symplectic, "explicit, symplectic", "explicit"),
         (Integrator::Rk4, "explicit, Runge-Kutta", "RK4"),
@@ -180,20 +180,20 @@ fn explicit(dials: &mut Dials<'_>, base: &Case) {
             // Two digits: a step that a person would write.
             let step = two_digits(share * stable);
             let label = format!("{name} {} µs", plain(1e6 * step));
-            dials.add(Kind::Method, family, label, Some(share), &explicit_changes(integrator, step));
+            dials.add(DialKind::Method, family, label, Some(share), &explicit_changes(integrator, step));
         }
     }
 }
 
 /// Switches located, by tolerance: the step only says how often contact acts.
 fn located(dials: &mut Dials<'_>, base: &Case) {
-    let step = two_digits(SHARES[0] * stable_step(&base.net));
+    let step = two_digits(SHARES[0] * stable_step(base.net()));
     for share in TOLERANCES {
-        let tolerance = two_digits(share * base.net.designed_area.sqrt());
+        let tolerance = two_digits(share * base.net().designed_area.sqrt());
         let mut changes = explicit_changes(Integrator::Located, step);
         changes.push(format!("solver.tolerance_m={tolerance:e}"));
         let label = format!("located {tolerance:.0e} m");
-        dials.add(Kind::Method, "explicit, located", label, Some(share), &changes);
+        dials.add(DialKind::Method, "explicit, located", label, Some(share), &changes);
     }
 }
 
@@ -202,14 +202,14 @@ fn others(dials: &mut Dials<'_>) {
     let known = PAIRS.map(|(cables, ..)| name(cables));
     for cables in names::<CableModel>().into_iter().filter(|cables| !known.contains(cables)) {
         let changes = [format!("solver.cables={cables}"), "solver.contact=impulse".to_owned()];
-        dials.add(Kind::Method, "other cables", cables, None, &changes);
+        dials.add(DialKind::Method, "other cables", cables, None, &changes);
     }
 }
 
 fn contacts(dials: &mut Dials<'_>, base: &Case) {
     let mut add = |label: &str, changes: &[&str]| {
         let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
-        dials.add(Kind::Contact, "contact", label.to_owned(), None, &changes);
+        dials.add(DialKind::Contact, "contact", label.to_owned(), None, &changes);
     };
     let mut known = PAIRS.map(|(cables, ..)| name(cables)).to_vec();
     known.dedup();
@@ -229,10 +229,10 @@ fn contacts(dials: &mut Dials<'_>, base: &Case) {
 }
 
 fn models(dials: &mut Dials<'_>, source: &Source, base: &Case) {
-    for middle in [0, 1, 3].into_iter().filter(|middle| *middle != base.scene.net.middle_knots) {
+    for middle in [0, 1, 3].into_iter().filter(|middle| *middle != base.scene().net.middle_knots) {
         let changes = [format!("net.middle_knots={middle}")];
         dials.add(
-            Kind::Model,
+            DialKind::Model,
             "middle knots",
             format!("{middle} middle knots"),
             Some(f64::from(middle)),
@@ -242,7 +242,7 @@ fn models(dials: &mut Dials<'_>, source: &Source, base: &Case) {
     let named = source.json.get("effects").and_then(Value::as_object);
     for effect in named.into_iter().flat_map(|effects| effects.keys()) {
         let changes = [format!("effects.{effect}=null")];
-        dials.add(Kind::Model, "effects", format!("without {effect}"), None, &changes);
+        dials.add(DialKind::Model, "effects", format!("without {effect}"), None, &changes);
     }
 }
 
@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn a_deployment_has_no_contact_dial_and_its_explicit_steps_are_stable() {
         let list = dials("deployment-kevlar");
-        assert!(list.iter().all(|setting| setting.kind != Kind::Contact));
+        assert!(list.iter().all(|setting| setting.kind != DialKind::Contact));
         assert!(list.iter().all(|setting| setting.case.is_ok()));
     }
 

@@ -45,7 +45,7 @@ pub struct Apart {
 
 /// What one run is worth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Worth {
+pub struct Evaluation {
     /// How far it is from the reference, window by window; null where its frames do not meet.
     pub apart: Vec<Option<Apart>>,
     /// Largest distance of a bullet, frame by frame of the reference [m].
@@ -124,12 +124,12 @@ impl Counts {
     }
 }
 
-impl Worth {
+impl Evaluation {
     /// What `run` of `case` is worth, against `reference` where there is one.
-    pub fn of(case: &Case, run: &Run, reference: Option<&Reference>) -> Worth {
+    pub fn of(case: &Case, run: &Run, reference: Option<&Reference>) -> Evaluation {
         let (apart, curve_m) = reference.map_or((Vec::new(), Vec::new()), |reference| {
             // Middle knots come after those of the grid, so the first ones are alike in all nets.
-            let grid: Vec<usize> = (0..case.net.grid[0] * case.net.grid[1]).collect();
+            let grid: Vec<usize> = (0..case.net().grid[0] * case.net().grid[1]).collect();
             let found = at_times(run, &reference.times);
             let apart = reference.window_frames().into_iter().map(|frames| {
                 let of = |knots: &[usize]| distance(&found, reference, knots, frames);
@@ -141,7 +141,7 @@ impl Worth {
             });
             (apart.collect(), curve.collect())
         });
-        Worth {
+        Evaluation {
             apart,
             curve_m,
             deployment: Deployment::of(case, run),
@@ -208,7 +208,7 @@ impl Ending {
 /// Cables of the last frame with a point within the target, deeper than rounding.
 fn through(case: &Case, run: &Run) -> usize {
     let (Some(target), Some(body), Some(knots)) =
-        (&case.target, run.frames.target.last(), run.frames.knots.last())
+        (case.target(), run.frames.target.last(), run.frames.knots.last())
     else {
         return 0;
     };
@@ -219,5 +219,5 @@ fn through(case: &Case, run: &Run) -> usize {
         // Not the ends: a knot at rest on a surface is no cable through it.
         (1..POINTS).any(|i| inside(&a.lerp(&b, i as f64 / POINTS as f64)))
     };
-    case.net.cables.iter().filter(crosses).count()
+    case.net().cables.iter().filter(crosses).count()
 }

@@ -10,9 +10,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::budget::{Budget, forecast};
+use crate::cable::Cable;
 use crate::case::Case;
 use crate::net::Net;
 use crate::options::TimeStep;
+use crate::problems::Problems;
 use crate::run::Run;
 use crate::solver::{Flight, JOINTS_STEP, Solver};
 use crate::step::mass_spring::stability::stable_step;
@@ -55,17 +57,17 @@ pub struct Cell {
 /// The maps of the two cable models for the net of `base`, as far as `seconds` pay for them: cells
 /// that were not run are left out.
 pub fn maps(base: &Case, opened_s: f64, seconds: f64) -> Vec<Map> {
-    let free = free_flight(base, opened_s);
-    let stable = stable_step(&free.net);
+    let Ok(free) = free_flight(base, opened_s) else { return Vec::new() };
+    let stable = stable_step(free.net());
     let explicit = |share: f64| {
         let step = share * stable;
-        (step, with_method(&free, "explicit+impulse", step))
+        Some((step, with_method(&free, "explicit+impulse", step).ok()?))
     };
-    let joints = |step: f64| (step, with_method(&free, "joints+rapier", step));
-    let limit = STIFFNESS.map(|factor| (factor, stable_step(&stiffened(&free.net, factor))));
+    let joints = |step: f64| Some((step, with_method(&free, "joints+rapier", step).ok()?));
+    let limit = STIFFNESS.map(|factor| (factor, stable_step(&stiffened(free.net(), factor))));
     [
-        ("explicit, symplectic", SHARES.map(explicit).to_vec(), limit.to_vec()),
-        ("joints", STEPS.map(joints).to_vec(), Vec::new()),
+        ("explicit, symplectic", SHARES.into_iter().filter_map(explicit).collect::<Vec<_>>(), limit.to_vec()),
+        ("joints", STEPS.into_iter().filter_map(joints).collect(), Vec::new()),
     ]
     .into_iter()
     .map(|(method, cases, limit)| {
@@ -88,42 +90,42 @@ pub fn maps(base: &Case, opened_s: f64, seconds: f64) -> Vec<Map> {
 }
 
 /// The net of `base` without target and effects.
-fn free_flight(base: &Case, duration: f64) -> Case {
-    let mut case = base.clone();
-    case.target = None;
-    case.scene.target = None;
-    case.scene.effects = Default::default();
-    case.scene.duration_s.0 = duration;
-    case
+fn free_flight(base: &Case, duration: f64) -> Result<Case, Problems> {
+    base.clone().changed(|built| built.target = None)?.with_scene(|scene| {
+        scene.target = None;
+        scene.effects = Default::default();
+        scene.expect = Default::default();
+        scene.duration_s.0 = duration;
+        scene.output.sample_s.0 = scene.output.sample_s.0.min(duration);
+    })
 }
 
-fn with_method(free: &Case, pair: &str, step: f64) -> Case {
-    let mut case = free.clone();
-    case.scene.solver = Solver { flight: Flight::Cables, ..case.scene.solver.with_pair(pair) };
-    case.time_step = if crate::step::method(&case.scene.solver).acts_in_substeps() {
+fn with_method(free: &Case, pair: &str, step: f64) -> Result<Case, Problems> {
+    let solver = Solver { flight: Flight::Cables, ..free.scene().solver.with_pair(pair) };
+    let time_step = if crate::step::method(&solver).acts_in_substeps() {
         // Many sub-steps to a step: energy need not be looked at after each.
         let substeps = (JOINTS_STEP / step).ceil().max(1.0);
         TimeStep { step: substeps * step, substeps: substeps as u32 }
     } else {
         TimeStep { step, substeps: 1 }
     };
-    case
+    free.clone().with_scene(|scene| scene.solver = solver)?.changed(|built| built.time_step = time_step)
 }
 
 fn stiffened(net: &Net, factor: f64) -> Net {
-    let mut net = net.clone();
-    for cable in &mut net.cables {
-        cable.stiffness *= factor;
-        // c = 2 ξ √(m k)
-        cable.damping *= factor.sqrt();
-    }
-    net
+    // c = 2 ξ √(m k)
+    let stiffer = |cable: &Cable| Cable {
+        stiffness: factor * cable.stiffness,
+        damping: factor.sqrt() * cable.damping,
+        ..*cable
+    };
+    Net { cables: net.cables.iter().map(stiffer).collect(), ..net.clone() }
 }
 
 fn gain(case: &Case, stiffness: f64) -> Option<f64> {
-    let case = Case { net: stiffened(&case.net, stiffness), ..case.clone() };
+    let case = case.clone().changed(|built| built.net = stiffened(&built.net, stiffness)).ok()?;
     let run = Run::of(&case, |_| {}).ok()?;
-    let launch = case.net.launch_energy().max(f64::MIN_POSITIVE);
+    let launch = case.net().launch_energy().max(f64::MIN_POSITIVE);
     let gains = run.frames.ledger.iter().map(|ledger| ledger.own() / launch - 1.0);
     Some(gains.fold(0.0, f64::max)).filter(|gain| gain.is_finite())
 }

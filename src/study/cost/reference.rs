@@ -55,14 +55,14 @@ pub const TRUST: f64 = 1e-4;
 const CLEAN: f64 = 1e-8;
 
 /// Positions of all knots, frame by frame [m].
-pub type Knots = Vec<Vec<Vector3<f64>>>;
+pub type KnotFrames = Vec<Vec<Vector3<f64>>>;
 
 /// The reference.
 pub struct Reference {
     /// Times of its frames [s].
     pub times: Vec<f64>,
     /// Where the knots are.
-    pub knots: Knots,
+    pub knots: KnotFrames,
     /// The four bullets.
     pub bullets: [usize; 4],
     /// How well it is known.
@@ -81,7 +81,7 @@ pub struct Quality {
     /// Largest distance of a bullet between the means of the two integrators [m]; the floor where there is one.
     pub means_apart_m: Vec<f64>,
     /// Pairs of single runs.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<RunPair>,
     /// Distance up to which runs agree [m].
     pub trust_distance_m: f64,
     /// Until when the two means agree [s].
@@ -115,7 +115,7 @@ pub struct Window {
 
 /// Two single runs from the same start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Pair {
+pub struct RunPair {
     /// Which.
     pub names: [String; 2],
     /// Until when they agree [s].
@@ -125,13 +125,13 @@ pub struct Pair {
 /// One run of a reference.
 struct ReferenceRun {
     name: String,
-    knots: Knots,
+    knots: KnotFrames,
     /// What it says of the whole run.
     scalars: Vec<(&'static str, f64)>,
 }
 
 /// What a reference is asked for.
-pub struct Request {
+pub struct ReferenceRequest {
     /// Times of its frames [s], from 0.
     pub times: Vec<f64>,
     /// Whether they last to the end of the run.
@@ -149,43 +149,9 @@ pub struct Request {
 /// The reference for `base`, the case of `source`.
 ///
 /// Nothing when no two runs of one integrator reached two frames for what it may cost.
-pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Reference> {
-    // A fair share for each run, so that one does not starve the others.
-    let allowed = request.seconds / (2 * RUNS) as f64;
-    let quiet = !Interactions::new(base.scene.effects.build(&base.context())).act();
-    let fly = |index: usize| {
-        let (group, member) = (index % 2, index / 2);
-        if group == 1 {
-            return (group, stepped(source, base, Integrator::Symplectic, member, request, allowed));
-        }
-        if !quiet {
-            return (group, stepped(source, base, Integrator::Rk4, member, request, allowed));
-        }
-        // The second run starts where the first does; the others are perturbed.
-        let tolerance = TOLERANCES[member.min(1)] * base.net.designed_area.sqrt();
-        let case = start(base, member.saturating_sub(1), request.seed);
-        let most = budget::located_steps(&case.net, allowed);
-        let knots = dopri5::fly(&case.net, &request.times, tolerance, |steps| steps < most).knots;
-        (
-            group,
-            Some(ReferenceRun {
-                name: format!("located, {tolerance:.0e} m a step"),
-                knots,
-                scalars: Vec::new(),
-            }),
-        )
-    };
-    let flown: Vec<(usize, Option<ReferenceRun>)> =
-        (0..2 * RUNS).into_par_iter().with_max_len(1).map(fly).collect();
-    let mut groups: [Vec<ReferenceRun>; 2] = [Vec::new(), Vec::new()];
-    for (group, member) in flown {
-        groups[group].extend(member);
-    }
-    // A run that was stopped early would shorten all of them.
-    let longest = groups.iter().flatten().map(|member| member.knots.len()).max().unwrap_or(0);
-    for group in &mut groups {
-        group.retain(|member| 2 * member.knots.len() > longest);
-    }
+pub fn reference(source: &Source, base: &Case, request: &ReferenceRequest) -> Option<Reference> {
+    let quiet = !Interactions::new(base.scene().effects.build(&base.context())).act();
+    let mut groups = flown(source, base, request, quiet);
     let mut methods = if quiet {
         ["Dormand-Prince 5(4), switches located".to_owned(), "symplectic".to_owned()]
     } else {
@@ -203,11 +169,48 @@ pub fn reference(source: &Source, base: &Case, request: &Request) -> Option<Refe
     Reference::of(base, groups, methods, request)
 }
 
+/// The runs of the two integrators: the located one where the flight is `quiet`, else RK4; and the symplectic one.
+fn flown(source: &Source, base: &Case, request: &ReferenceRequest, quiet: bool) -> [Vec<ReferenceRun>; 2] {
+    // A fair share for each run, so that one does not starve the others.
+    let allowed = request.seconds / (2 * RUNS) as f64;
+    let fly = |index: usize| {
+        let member = index / 2;
+        match (index % 2, quiet) {
+            (0, true) => Some(located(base, member, request, allowed)),
+            (0, false) => stepped(source, base, Integrator::Rk4, member, request, allowed),
+            _ => stepped(source, base, Integrator::Symplectic, member, request, allowed),
+        }
+    };
+    let all: Vec<Option<ReferenceRun>> = (0..2 * RUNS).into_par_iter().with_max_len(1).map(fly).collect();
+    // A run that was stopped early would shorten all of them.
+    let longest = all.iter().flatten().map(|run| run.knots.len()).max().unwrap_or(0);
+    let mut groups = [Vec::new(), Vec::new()];
+    for (index, run) in all.into_iter().enumerate() {
+        groups[index % 2].extend(run.filter(|run| 2 * run.knots.len() > longest));
+    }
+    groups
+}
+
+/// A run of the located integrator up to the last time of the request, with the steps that the `allowed` seconds
+/// pay for.
+fn located(base: &Case, member: usize, request: &ReferenceRequest, allowed: f64) -> ReferenceRun {
+    // The second run starts where the first does; the others are perturbed.
+    let tolerance = TOLERANCES[member.min(1)] * base.net().designed_area.sqrt();
+    let case = start(base, member.saturating_sub(1), request.seed);
+    let most = budget::located_steps(case.net(), allowed);
+    let knots = dopri5::fly(case.net(), &request.times, tolerance, |steps| steps < most).knots;
+    ReferenceRun { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }
+}
+
 fn start(case: &Case, member: usize, seed: u64) -> Case {
     if member == 0 {
         return case.clone();
     }
-    perturbed(case, &ensemble::Request { members: RUNS, perturb_m: PERTURB, seed, at_most_s: None }, member)
+    perturbed(
+        case,
+        &ensemble::EnsembleRequest { members: RUNS, perturb_m: PERTURB, seed, at_most_s: None },
+        member,
+    )
 }
 
 /// A run of the explicit net up to the last time of the request: with the finest step that the `allowed` seconds
@@ -217,13 +220,13 @@ fn stepped(
     base: &Case,
     integrator: Integrator,
     member: usize,
-    request: &Request,
+    request: &ReferenceRequest,
     allowed: f64,
 ) -> Option<ReferenceRun> {
     let end = *request.times.last()?;
-    let solver = Solver { integrator, ..base.scene.solver.with_pair("explicit+impulse") };
-    let shortest = budget::shortest_step(&base.net, end, &solver, allowed);
-    let stable = stable_step(&base.net);
+    let solver = Solver { integrator, ..base.scene().solver.with_pair("explicit+impulse") };
+    let shortest = budget::shortest_step(base.net(), end, &solver, allowed);
+    let stable = stable_step(base.net());
     let step = (FINE * stable).max(shortest);
     if step > ROUGH * stable {
         return None;
@@ -240,8 +243,31 @@ fn stepped(
     Some(ReferenceRun { name, knots: at_times(&run, &request.times), scalars })
 }
 
+/// Up to where errors are quoted, of a flight whose bullets are known to `floor` [m] at `times` [s] and whose
+/// integrators agree until `horizon` [s]: before chaos, and to the horizon or to `at` [s].
+fn windows(times: &[f64], floor: &[f64], side: f64, horizon: f64, at: Option<f64>) -> Vec<Window> {
+    let below = |share: f64| floor.partition_point(|floor| *floor <= share * side).max(2) - 1;
+    let asked = at.map(|at| times.partition_point(|time| *time <= at + 1e-9).max(2) - 1);
+    let trusted = times.partition_point(|time| *time <= horizon) - 1;
+    let ends = [
+        ("before chaos", below(CLEAN)),
+        (
+            if asked.is_some() { "as asked for" } else { "to the horizon" },
+            asked.unwrap_or_else(|| below(TRUST)).min(trusted).max(1),
+        ),
+    ];
+    let window =
+        |(name, end): (&str, usize)| Window { name: name.to_owned(), end_s: times[end], floor_m: floor[end] };
+    let mut windows: Vec<Window> = ends.into_iter().map(window).collect();
+    // A flight that ends before chaos begins has one window.
+    if windows[0].end_s >= windows[1].end_s {
+        windows.remove(0);
+    }
+    windows
+}
+
 /// The frames of `run` at `times`, as many as it has.
-pub fn at_times(run: &Run, times: &[f64]) -> Knots {
+pub fn at_times(run: &Run, times: &[f64]) -> KnotFrames {
     let found = |time: &f64| {
         let frame = run.frames.time.partition_point(|t| *t < time - 1e-9);
         let there = run.frames.time.get(frame).is_some_and(|t| (t - time).abs() < 1e-9);
@@ -255,19 +281,19 @@ impl Reference {
         base: &Case,
         groups: [Vec<ReferenceRun>; 2],
         methods: [String; 2],
-        request: &Request,
+        request: &ReferenceRequest,
     ) -> Option<Reference> {
         let members = groups.iter().flatten();
         let frames = members.map(|member| member.knots.len()).min().filter(|&frames| frames > 1)?;
-        let bullets = base.net.bullets;
+        let bullets = base.net().bullets;
         let times = request.times[..frames].to_vec();
         let knots = mean(&groups[0], frames);
-        let trust_distance = TRUST * base.net.designed_area.sqrt();
+        let trust_distance = TRUST * base.net().designed_area.sqrt();
         let until = |curve: &[f64]| {
             times[curve.iter().position(|apart| *apart > trust_distance).unwrap_or(frames).max(1) - 1]
         };
 
-        let all: Vec<usize> = (0..base.net.n_knots()).collect();
+        let all: Vec<usize> = (0..base.net().n_knots()).collect();
         let spread = |knots_of: &[usize]| -> Vec<f64> {
             let mut so_far = 0.0_f64;
             (0..frames)
@@ -289,40 +315,16 @@ impl Reference {
         let horizon = until(&means_apart);
 
         let unperturbed: Vec<&ReferenceRun> = groups[0].iter().take(2).chain(groups[1].first()).collect();
-        let pairs = unperturbed.iter().enumerate().flat_map(|(i, one)| {
-            unperturbed[..i].iter().map(move |other| (*other, *one)).collect::<Vec<_>>()
-        });
-        let pairs = pairs
-            .map(|(one, other)| Pair {
-                names: [one.name.clone(), other.name.clone()],
-                horizon_s: until(
-                    &(0..frames)
-                        .map(|frame| largest(&one.knots[frame], &other.knots[frame], &bullets))
-                        .collect::<Vec<_>>(),
-                ),
-            })
+        let pair = |one: &ReferenceRun, other: &ReferenceRun| {
+            let apart = |frame: usize| largest(&one.knots[frame], &other.knots[frame], &bullets);
+            let names = [one.name.clone(), other.name.clone()];
+            RunPair { names, horizon_s: until(&(0..frames).map(apart).collect::<Vec<_>>()) }
+        };
+        let pairs = (0..unperturbed.len())
+            .flat_map(|i| (0..i).map(move |before| (before, i)))
+            .map(|(before, i)| pair(unperturbed[before], unperturbed[i]))
             .collect();
-        let side = base.net.designed_area.sqrt();
-        let below = |share: f64| floor.partition_point(|floor| *floor <= share * side).max(2) - 1;
-        let asked = request.at.map(|at| times.partition_point(|time| *time <= at + 1e-9).max(2) - 1);
-        let ends = [
-            ("before chaos", below(CLEAN)),
-            (
-                if asked.is_some() { "as asked for" } else { "to the horizon" },
-                asked
-                    .unwrap_or_else(|| below(TRUST))
-                    .min(times.partition_point(|t| *t <= horizon) - 1)
-                    .max(1),
-            ),
-        ];
-        let mut windows: Vec<Window> = ends
-            .into_iter()
-            .map(|(name, end)| Window { name: name.to_owned(), end_s: times[end], floor_m: floor[end] })
-            .collect();
-        // A flight that ends before chaos begins has one window.
-        if windows[0].end_s >= windows[1].end_s {
-            windows.remove(0);
-        }
+        let windows = windows(&times, &floor, base.net().designed_area.sqrt(), horizon, request.at);
         Some(Reference {
             bullets,
             quality: Quality {
@@ -352,7 +354,7 @@ impl Reference {
     }
 }
 
-fn mean(members: &[ReferenceRun], frames: usize) -> Knots {
+fn mean(members: &[ReferenceRun], frames: usize) -> KnotFrames {
     let share = 1.0 / members.len() as f64;
     (0..frames)
         .map(|frame| {

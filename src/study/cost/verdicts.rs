@@ -11,12 +11,12 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::Store;
 use super::budget::forecast;
-use super::dials::{AS_WRITTEN, Kind, Setting};
+use super::dials::{AS_WRITTEN, DialKind, Setting};
 use super::errors::Ending;
 use super::timing::timed;
 use crate::case::Case;
 use crate::scene::Source;
-use crate::study::ensemble::{Request, Share, perturbed};
+use crate::study::ensemble::{EnsembleRequest, Share, perturbed};
 use crate::work::Work;
 
 /// Perturbation of an ensemble [m], as that of `run --ensemble`.
@@ -36,7 +36,7 @@ const MIN_MEMBERS: usize = 6;
 
 /// One member's end, and what it cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Member {
+pub struct VerdictMember {
     /// Its number, from 0.
     pub member: usize,
     /// Processor time per simulated second [s/s], with another run beside it.
@@ -115,12 +115,12 @@ pub fn distributions(
     store: &impl Store,
     tell: &mut impl FnMut(&str),
 ) -> Vec<Verdicts> {
-    let half = base.scene.solver.step_s.map_or(base.time_step.step, |step| step.0) / 2.0;
+    let half = base.scene().solver.step_s.map_or(base.time_step().step, |step| step.0) / 2.0;
     let mut finer = source.clone();
     let finer = finer.set(&[format!("solver.step_s={half:e}")]).and_then(|()| Case::build(&finer));
     let finest = finer.as_ref().map(|case| ("as written, half the step", case));
     let matters = |setting: &&Setting| {
-        setting.kind != Kind::Method
+        setting.kind != DialKind::Method
             || FAMILIES.contains(&setting.family)
             || COARSE.contains(&setting.label.as_str())
     };
@@ -129,7 +129,7 @@ pub fn distributions(
     let all: Vec<(&str, &Case)> = finest.into_iter().chain(others).collect();
     let (cases, members) = affordable(all, asked);
 
-    let request = Request { members, perturb_m: PERTURB, seed: asked.seed, at_most_s: None };
+    let request = EnsembleRequest { members, perturb_m: PERTURB, seed: asked.seed, at_most_s: None };
     let mut round = 0;
     let members = run(&cases, &request, store, || {
         round += 1;
@@ -168,13 +168,13 @@ fn affordable<'a>(
 /// Runs the members of all `cases` in turn; a list a case.
 fn run(
     cases: &[(&str, &Case)],
-    request: &Request,
+    request: &EnsembleRequest,
     store: &impl Store,
     mut progress: impl FnMut(),
-) -> Vec<Vec<Member>> {
-    let mut all: Vec<Vec<Member>> = vec![Vec::new(); cases.len()];
+) -> Vec<Vec<VerdictMember>> {
+    let mut all: Vec<Vec<VerdictMember>> = vec![Vec::new(); cases.len()];
     for number in 0..request.members {
-        let round: Vec<Member> = cases
+        let round: Vec<VerdictMember> = cases
             .par_iter()
             .with_max_len(1)
             .map(|(_, case)| {
@@ -194,18 +194,18 @@ fn run(
     all
 }
 
-fn member(case: &Case, request: &Request, number: usize) -> Member {
+fn member(case: &Case, request: &EnsembleRequest, number: usize) -> VerdictMember {
     let case = perturbed(case, request, number);
     let (run, seconds) = timed(&case);
     let outcome = run
         .map_err(|failure| failure.to_string())
         .and_then(|run| Ending::of(&case, &run).ok_or_else(|| "no target".to_owned()));
-    Member { member: number, cost: seconds / case.scene.duration_s.0, outcome }
+    VerdictMember { member: number, cost: seconds / case.scene().duration_s.0, outcome }
 }
 
 impl Verdicts {
     /// The distribution of `members`; nothing when none was finished.
-    pub fn of(label: &str, members: &[Member]) -> Option<Verdicts> {
+    pub fn of(label: &str, members: &[VerdictMember]) -> Option<Verdicts> {
         let ends: Vec<&Ending> = members.iter().filter_map(|member| member.outcome.as_ref().ok()).collect();
         if ends.is_empty() {
             return None;

@@ -7,7 +7,7 @@ mod long;
 
 use serde_json::{Value, json};
 
-use super::hard::Hard;
+use super::hard::StressCase;
 
 /// Why pairs whose step is that of an explicit force are left out of long cases.
 const TOO_LONG: &str =
@@ -21,7 +21,7 @@ const SOFT: &str =
 const OVERLAPS: [(&str, f64, f64); 1] = [("overlap", 0.7, 4.0)]; // measured 0.92 to 1.7
 
 /// All cases, theme by theme.
-pub fn all() -> Vec<Hard> {
+pub fn all() -> Vec<StressCase> {
     [cables::cases(), contacts::cases(), long::cases(), extremes::cases()].concat()
 }
 

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::measure::Numbers;
-use crate::case::Case;
+use crate::case::Built;
 
 /// The limit of a pair that holds a case at the step which it takes by itself.
 pub const OWN_STEP: &str = "solver.step_s=null";
@@ -62,7 +62,7 @@ impl Theme {
 
 /// A hard case.
 #[derive(Clone)]
-pub struct Hard {
+pub struct StressCase {
     /// Its name.
     pub name: &'static str,
     /// What it is an example of.
@@ -74,7 +74,7 @@ pub struct Hard {
     /// The step over that which a pair takes by itself [-].
     pub times_step: f64,
     /// A start that no scene can ask for.
-    pub start: Option<fn(&mut Case)>,
+    pub start: Option<fn(&mut Built)>,
     /// What must hold.
     pub bounds: Numbers,
     /// Whether it must hold at half the step, too.
@@ -82,12 +82,12 @@ pub struct Hard {
     /// Places where the checks may refuse it.
     pub refusals: Vec<&'static str>,
     /// Pairs that do not hold it.
-    pub limits: Vec<Limit>,
+    pub limits: Vec<KnownFailure>,
 }
 
 /// A pair that does not hold a case.
 #[derive(Clone)]
-pub struct Limit {
+pub struct KnownFailure {
     /// The pair.
     pub pair: &'static str,
     /// Why, in a sentence.
@@ -95,7 +95,7 @@ pub struct Limit {
     /// Changes of the scene with which it holds; none: no such are known.
     pub from: Vec<&'static str>,
     /// The numbers that break their bounds, and how far.
-    pub foretold: Vec<Band>,
+    pub foretold: Vec<FailureBand>,
     /// Whether it is not even run.
     pub not_run: bool,
 }
@@ -103,7 +103,7 @@ pub struct Limit {
 /// What is known of a number that does not keep its bound: less, and the limit is no longer needed; more, and
 /// something else is broken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Band {
+pub struct FailureBand {
     /// The number, by its name in [`Numbers::each`].
     pub number: &'static str,
     /// Least value that was measured, with a margin [-].
@@ -112,7 +112,7 @@ pub struct Band {
     pub high: f64,
 }
 
-impl Limit {
+impl KnownFailure {
     /// What `numbers`, which break `bounds`, have against this limit: a bound that it does not foretell, a number
     /// that is worse than it says, or none that is as bad, so that nothing needs it any more.
     pub fn contradicted(&self, numbers: &Numbers, bounds: &Numbers) -> Vec<String> {
@@ -150,10 +150,10 @@ impl Limit {
     }
 }
 
-impl Hard {
+impl StressCase {
     /// A case with the bounds that apply to all.
-    pub fn new(theme: Theme, name: &'static str, why: &'static str, scene: Value) -> Hard {
-        Hard {
+    pub fn new(theme: Theme, name: &'static str, why: &'static str, scene: Value) -> StressCase {
+        StressCase {
             name,
             theme,
             why,
@@ -168,31 +168,31 @@ impl Hard {
     }
 
     /// At a multiple of the step that the pair takes by itself.
-    pub fn at_times_step(mut self, factor: f64) -> Hard {
+    pub fn at_times_step(mut self, factor: f64) -> StressCase {
         self.times_step = factor;
         self
     }
 
     /// From a start that no scene can ask for.
-    pub fn starting(mut self, start: fn(&mut Case)) -> Hard {
+    pub fn starting(mut self, start: fn(&mut Built)) -> StressCase {
         self.start = Some(start);
         self
     }
 
     /// With other bounds.
-    pub fn bounded(mut self, change: impl FnOnce(&mut Numbers)) -> Hard {
+    pub fn bounded(mut self, change: impl FnOnce(&mut Numbers)) -> StressCase {
         change(&mut self.bounds);
         self
     }
 
     /// Not at half the step, for its cost.
-    pub fn once(mut self) -> Hard {
+    pub fn once(mut self) -> StressCase {
         self.halves = false;
         self
     }
 
     /// Refused by the checks at one of `places`, or else it must hold.
-    pub fn may_be_refused_at(mut self, places: &[&'static str]) -> Hard {
+    pub fn may_be_refused_at(mut self, places: &[&'static str]) -> StressCase {
         self.refusals.extend(places);
         self
     }
@@ -205,20 +205,21 @@ impl Hard {
         why: &'static str,
         from: &[&'static str],
         foretold: &[(&'static str, f64, f64)],
-    ) -> Hard {
-        let foretold = foretold.iter().map(|&(number, low, high)| Band { number, low, high }).collect();
-        self.limits.push(Limit { pair, why, from: from.to_vec(), foretold, not_run: false });
+    ) -> StressCase {
+        let foretold =
+            foretold.iter().map(|&(number, low, high)| FailureBand { number, low, high }).collect();
+        self.limits.push(KnownFailure { pair, why, from: from.to_vec(), foretold, not_run: false });
         self
     }
 
     /// `pair` is not run, and why.
-    pub fn not_run(mut self, pair: &'static str, why: &'static str) -> Hard {
-        self.limits.push(Limit { pair, why, from: Vec::new(), foretold: Vec::new(), not_run: true });
+    pub fn not_run(mut self, pair: &'static str, why: &'static str) -> StressCase {
+        self.limits.push(KnownFailure { pair, why, from: Vec::new(), foretold: Vec::new(), not_run: true });
         self
     }
 
     /// The limit of `pair`, if it has one.
-    pub fn limit(&self, pair: &str) -> Option<&Limit> {
+    pub fn limit(&self, pair: &str) -> Option<&KnownFailure> {
         self.limits.iter().find(|limit| limit.pair == pair)
     }
 }

@@ -104,7 +104,7 @@ impl Measured {
         Measured {
             failure,
             numbers: gauge.numbers(case),
-            step_s: case.scene.solver.step_s.map_or(case.time_step.step, |step| step.0),
+            step_s: case.scene().solver.step_s.map_or(case.time_step().step, |step| step.0),
             steps: simulation.work.substeps,
             contacts: simulation.work.contacts,
             wall_s: started.elapsed().as_secs_f64(),
@@ -150,7 +150,7 @@ struct Gauge {
 impl Gauge {
     fn new(case: &Case, simulation: &Simulation) -> Gauge {
         let state = &simulation.state;
-        let target = case.target.as_ref();
+        let target = case.target();
         let (centre, arm) = scene_size(case, state);
         let start_momentum = simulation.audit.momentum(state);
         let parts = target.map_or(&[][..], |target| &target.parts);
@@ -168,7 +168,7 @@ impl Gauge {
             momentum: 0.0,
             angular_momentum: 0.0,
             overlap: 0.0,
-            through: vec![false; case.net.n_knots()],
+            through: vec![false; case.net().n_knots()],
             strain: 0.0,
             last: state.clone(),
         };
@@ -180,11 +180,11 @@ impl Gauge {
     fn look(&mut self, case: &Case, simulation: &Simulation) {
         self.conserve(case, simulation);
         let state = &simulation.state;
-        for cable in &case.net.cables {
+        for cable in case.net().cables.iter() {
             let length = (state.knots.position[cable.b] - state.knots.position[cable.a]).norm();
             self.strain = self.strain.max(length / cable.rest_length - 1.0);
         }
-        if let (Some(target), Some(now), Some(then)) = (&case.target, &state.target, &self.last.target) {
+        if let (Some(target), Some(now), Some(then)) = (case.target(), &state.target, &self.last.target) {
             let (now, then) = (*now, *then);
             self.probe(case, target, state, [&then, &now]);
         }
@@ -194,8 +194,8 @@ impl Gauge {
 
     fn conserve(&mut self, case: &Case, simulation: &Simulation) {
         let (audit, state) = (&simulation.audit, &simulation.state);
-        let moving: f64 = case.net.mass.iter().zip(&state.knots.velocity).map(|(m, v)| m * v.norm()).sum();
-        let target = case.target.as_ref().zip(state.target.as_ref());
+        let moving: f64 = case.net().mass.iter().zip(&state.knots.velocity).map(|(m, v)| m * v.norm()).sum();
+        let target = case.target().zip(state.target.as_ref());
         let of_target = target.map_or(0.0, |(target, body)| target.mass * body.velocity.norm());
         self.motion = self.motion.max(moving + of_target);
         let momentum = audit.momentum(state) - self.start_momentum - audit.outside_impulse;
@@ -214,7 +214,7 @@ impl Gauge {
 
     /// Where the knots are in the parts, and where they went within the step.
     fn probe(&mut self, case: &Case, target: &Target, state: &State, [then, now]: [&Body; 2]) {
-        for (knot, radius) in case.net.radius.iter().enumerate() {
+        for (knot, radius) in case.net().radius.iter().enumerate() {
             let from = then.to_body(&self.last.knots.position[knot]);
             let to = now.to_body(&state.knots.position[knot]);
             let way = (to - from).norm();
@@ -239,8 +239,8 @@ impl Gauge {
         let strain_of = |cable: &crate::cable::Cable| {
             (2.0 * self.work.max(0.0) / cable.stiffness).sqrt() / cable.rest_length
         };
-        let answer = case.net.cables.iter().map(strain_of).fold(0.0, f64::max);
-        let touches = case.target.is_some();
+        let answer = case.net().cables.iter().map(strain_of).fold(0.0, f64::max);
+        let touches = case.target().is_some();
         Numbers {
             energy: Some(over(self.energy.max(0.0), self.work)),
             momentum: Some(over(self.momentum, self.motion)),
@@ -259,10 +259,10 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// First centre of mass of net and target, and distance to what is farthest from it [m].
 fn scene_size(case: &Case, state: &State) -> (Vector3<f64>, f64) {
-    let mut mass = case.net.total_mass();
-    let knots = case.net.mass.iter().zip(&state.knots.position);
+    let mut mass = case.net().total_mass();
+    let knots = case.net().mass.iter().zip(&state.knots.position);
     let mut moment: Vector3<f64> = knots.map(|(m, x)| *m * x).sum();
-    if let (Some(target), Some(body)) = (&case.target, &state.target) {
+    if let (Some(target), Some(body)) = (case.target(), &state.target) {
         mass += target.mass;
         moment += target.mass * body.position;
     }
@@ -270,7 +270,7 @@ fn scene_size(case: &Case, state: &State) -> (Vector3<f64>, f64) {
     let points = state.knots.position.iter().chain(state.target.as_ref().map(|body| &body.position));
     let farthest = points.map(|point| (point - centre).norm()).fold(0.0, f64::max);
     // A folded net opens.
-    (centre, farthest.max(0.5 * case.net.designed_area.sqrt()))
+    (centre, farthest.max(0.5 * case.net().designed_area.sqrt()))
 }
 
 /// The largest value of a concave function on [0, 1], by golden sections.

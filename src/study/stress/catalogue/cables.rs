@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde_json::json;
 
 use super::{OVERLAPS, SOFT, TOO_LONG, material, net, small_capture, with, with_target};
-use crate::study::stress::hard::{Hard, OWN_STEP, Theme};
+use crate::study::stress::hard::{OWN_STEP, StressCase, Theme};
 
 /// Names of the ladder: one a stiffness and step.
 const LADDER: [(f64, [&str; 4]); 4] = [
@@ -18,14 +18,14 @@ const LADDER: [(f64, [&str; 4]); 4] = [
 const EXPLICIT: &str = "energy of an explicit step without damping wobbles with the square of the step";
 
 /// The cases.
-pub fn cases() -> Vec<Hard> {
+pub fn cases() -> Vec<StressCase> {
     let mut cases = Vec::new();
     for (modulus, names) in LADDER {
         for (name, times) in names.into_iter().zip([1.0, 2.0, 5.0, 10.0]) {
             let scene =
                 with(small_capture(), json!({ "net": { "cable": { "material": material(modulus) } } }));
             let why = "stiff cables ring far faster than a step, and a step hides what they do";
-            let hard = Hard::new(Theme::Stiffness, name, why, scene)
+            let hard = StressCase::new(Theme::Stiffness, name, why, scene)
                 .at_times_step(times)
                 .may_be_refused_at(&["solver.step_s"]);
             cases.push(limits_of_a_rung(hard, modulus, times));
@@ -37,7 +37,7 @@ pub fn cases() -> Vec<Hard> {
 }
 
 /// The engine's cables and a response of our own take turns, so neither feels the other within a step.
-fn limits_of_a_rung(hard: Hard, modulus: f64, times: f64) -> Hard {
+fn limits_of_a_rung(hard: StressCase, modulus: f64, times: f64) -> StressCase {
     if times == 1.0 {
         let hard = if modulus > 5e9 { hard.not_run("joints+penalty", TOO_LONG) } else { hard };
         return if modulus > 1e11 { hard.not_run("joints+impulse", TOO_LONG) } else { hard };
@@ -53,18 +53,18 @@ fn limits_of_a_rung(hard: Hard, modulus: f64, times: f64) -> Hard {
     hard.limited("joints+impulse", turns, &[OWN_STEP], &[("energy", 0.02, 10.0), ("strain", 0.2, 3.0)])
 }
 
-fn masses() -> [Hard; 3] {
+fn masses() -> [StressCase; 3] {
     // 0.1 g a knot: 2 rho A l0 of 56 mm of 1 mm nylon.
     let light = |bullet_mass| net(6, 0.056, bullet_mass, 5.0, 0.25);
     let cube = |side: f64| json!({ "cuboid": [side, side, side] });
     [
-        Hard::new(
+        StressCase::new(
             Theme::MassRatio,
             "bullets-1-kg",
             "a bullet pulls through cables of knots ten thousand times lighter",
             light(1.0),
         ),
-        Hard::new(
+        StressCase::new(
             Theme::MassRatio,
             "target-8226-kg",
             "a knot of 0.1 g is all that tells 8 t of debris that it was touched",
@@ -77,7 +77,7 @@ fn masses() -> [Hard; 3] {
         )
         .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS)
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
-        Hard::new(
+        StressCase::new(
             Theme::MassRatio,
             "target-10-g",
             "bullets a hundred times heavier than the target throw it about",
@@ -94,16 +94,16 @@ fn masses() -> [Hard; 3] {
 /// Measured: 7e-2.
 const WOBBLES: [(&str, f64, f64); 1] = [("energy", 7e-3, 0.7)];
 
-fn snaps() -> [Hard; 3] {
+fn snaps() -> [StressCase; 3] {
     let chatter = with(net(4, 0.07, 0.03, 0.0, 10.0), json!({ "net": { "fold": { "ratio": 1.0 } } }));
     [
-        Hard::new(
+        StressCase::new(
             Theme::Snap,
             "bullets-100-m-s",
             "fully slack cables go taut all at once, two meshes within a step",
             net(6, 0.07, 0.03, 100.0, 0.05),
         ),
-        Hard::new(
+        StressCase::new(
             Theme::Snap,
             "bullets-100-m-s-undamped",
             "the same with nothing in the cables that takes the energy away",
@@ -111,19 +111,19 @@ fn snaps() -> [Hard; 3] {
         )
         .limited("explicit+impulse", EXPLICIT, &["solver.step_s=2e-6"], &WOBBLES)
         .limited("explicit+penalty", EXPLICIT, &["solver.step_s=2e-6"], &WOBBLES),
-        Hard::new(
+        StressCase::new(
             Theme::Snap,
             "chatter",
             "every cable at exactly its unstretched length for 10 s, its knots trembling at 1 cm/s",
             chatter,
         )
-        .starting(|case| {
+        .starting(|built| {
             // Neighbours against each other, out of the plane and in it.
-            let [rows, columns] = case.net.grid;
+            let [rows, columns] = built.net.grid;
             for row in 0..rows {
                 for column in 0..columns {
                     let sign = if (row + column) % 2 == 0 { 0.01 } else { -0.01 };
-                    case.net.launch_velocity[row * columns + column] = sign * Vector3::new(0.1, 1.0, 0.3);
+                    built.net.launch_velocity[row * columns + column] = sign * Vector3::new(0.1, 1.0, 0.3);
                 }
             }
         }),

@@ -4,18 +4,18 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::{OVERLAPS, SOFT, TOO_LONG, net, with, with_target};
-use crate::case::Case;
-use crate::study::stress::hard::{Hard, Theme};
+use crate::case::Built;
+use crate::study::stress::hard::{StressCase, Theme};
 
 /// The cases.
-pub fn cases() -> Vec<Hard> {
+pub fn cases() -> Vec<StressCase> {
     [thin_parts(), edges().to_vec(), overlaps().to_vec(), many().to_vec()].concat()
 }
 
 /// Every knot flies as the first bullet does.
-fn all_alike(case: &mut Case) {
-    let bullet = case.net.launch_velocity[case.net.bullets[0]];
-    case.net.launch_velocity.fill(bullet);
+fn all_alike(built: &mut Built) {
+    let bullet = built.net.launch_velocity[built.net.bullets[0]];
+    built.net.launch_velocity.fill(bullet);
 }
 
 /// A flat open net that flies straight on.
@@ -29,7 +29,7 @@ fn flat(meshes: u32, mesh: f64, speed: f64, duration: f64) -> Value {
 /// Bullets at 10 and 50 m/s on a panel of 2 mm: the four of them go through it.
 const GOES_THROUGH: [(&str, f64, f64); 2] = [("overlap", 1.0, 30.0), ("through", 1.0, 4.0)]; // measured 2.9, 4
 
-fn thin_parts() -> Vec<Hard> {
+fn thin_parts() -> Vec<StressCase> {
     let why = "a panel of 2 mm, less than knots and bullets fly within a step";
     let panel = |speed: f64, duration: f64| {
         let net = flat(8, 0.05, speed, duration);
@@ -42,7 +42,7 @@ fn thin_parts() -> Vec<Hard> {
         (50.0, ["panel-50-m-s", "panel-50-m-s-step-x2", "panel-50-m-s-step-x5"]),
     ] {
         for (name, times) in names.into_iter().zip([1.0, 2.0, 5.0]) {
-            let hard = Hard::new(Theme::ThinParts, name, why, panel(speed, 0.1))
+            let hard = StressCase::new(Theme::ThinParts, name, why, panel(speed, 0.1))
                 .starting(all_alike)
                 .at_times_step(times)
                 .may_be_refused_at(&["solver.step_s"]);
@@ -61,7 +61,7 @@ fn thin_parts() -> Vec<Hard> {
     cases
 }
 
-fn edges() -> [Hard; 5] {
+fn edges() -> [StressCase; 5] {
     let shot = |speed| flat(6, 0.07, speed, 0.6);
     let onto = |part: Value, distance: f64, more: Value| {
         let mut target = json!({ "motion": "fixed" });
@@ -73,14 +73,14 @@ fn edges() -> [Hard; 5] {
         [0.2, -0.5, 0.02], [0.2, 0.5, 0.02], [0.2, -0.5, -0.02], [0.2, 0.5, -0.02]] } });
     // A fold that is not quite symmetric: nothing balances for ever.
     [
-        Hard::new(
+        StressCase::new(
             Theme::Edges,
             "knife-edge",
             "the middle row of knots falls on a wedge of 11 degrees, where the normal jumps",
             onto(wedge, 0.3, json!({})),
         )
         .starting(all_alike),
-        Hard::new(
+        StressCase::new(
             Theme::Edges,
             "needle",
             "the centre knot meets the tip of a needle of 2 mm head on",
@@ -91,14 +91,14 @@ fn edges() -> [Hard; 5] {
             ),
         )
         .starting(all_alike),
-        Hard::new(
+        StressCase::new(
             Theme::Edges,
             "pole",
             "the centre knot meets the pole of a ball, the others its round",
             onto(json!({ "ball": { "radius_m": 0.1 } }), 0.15, json!({})),
         )
         .starting(all_alike),
-        Hard::new(
+        StressCase::new(
             Theme::Edges,
             "corner",
             "the centre knot meets the corner of a cube, where three faces compete",
@@ -109,7 +109,7 @@ fn edges() -> [Hard; 5] {
             ),
         )
         .starting(all_alike),
-        Hard::new(
+        StressCase::new(
             Theme::Edges,
             "off-the-edge",
             "half of the net lies on a plate and is dragged over its edge by the other half",
@@ -119,24 +119,24 @@ fn edges() -> [Hard; 5] {
     ]
 }
 
-fn overlaps() -> [Hard; 4] {
+fn overlaps() -> [StressCase; 4] {
     let cube = json!({ "cuboid": [0.1, 0.1, 0.1] });
     let shot = || net(6, 0.07, 0.03, 1.8, 0.5);
     [
-        Hard::new(
+        StressCase::new(
             Theme::Overlap,
             "knots-inside",
             "knots that start inside the target would be shot out of it",
             with_target(shot(), cube.clone(), 0.04, json!({ "mass_kg": 1.0 })),
         )
         .may_be_refused_at(&["target.distance_m"]),
-        Hard::new(
+        StressCase::new(
             Theme::Overlap,
             "touching",
             "the target touches every knot of the folded net exactly",
             with_target(shot(), cube.clone(), 0.05 + 5e-4, json!({ "mass_kg": 1.0 })),
         ),
-        Hard::new(
+        StressCase::new(
             Theme::Overlap,
             "bullets-in-each-other",
             "the whole net is folded into a tenth of a millimetre",
@@ -145,17 +145,17 @@ fn overlaps() -> [Hard; 4] {
                 json!({ "net": { "fold": { "ratio": 2e-4 } } }),
             ),
         ),
-        Hard::new(
+        StressCase::new(
             Theme::Overlap,
             "coincident-knots",
             "all knots at one point: cables without length or direction",
             with_target(shot(), cube, 0.3, json!({ "mass_kg": 1.0 })),
         )
-        .starting(|case| case.net.folded.fill(Vector3::zeros())),
+        .starting(|built| built.net.folded.fill(Vector3::zeros())),
     ]
 }
 
-fn many() -> [Hard; 4] {
+fn many() -> [StressCase; 4] {
     let why = "all knots meet one face of a free plate in the same step";
     let plate = |restitution: f64| {
         let net = flat(8, 0.05, 2.0, 0.1);
@@ -164,19 +164,19 @@ fn many() -> [Hard; 4] {
         with(scene, json!({ "solver": { "restitution": restitution } }))
     };
     [
-        Hard::new(Theme::ManyContacts, "one-face", why, plate(0.0)).starting(all_alike).limited(
+        StressCase::new(Theme::ManyContacts, "one-face", why, plate(0.0)).starting(all_alike).limited(
             "joints+penalty",
             SOFT,
             &["solver.penalty.stiffness=1e8"],
             &OVERLAPS,
         ),
-        Hard::new(Theme::ManyContacts, "one-face-half-restitution", why, plate(0.5))
+        StressCase::new(Theme::ManyContacts, "one-face-half-restitution", why, plate(0.5))
             .starting(all_alike)
             .may_be_refused_at(&["solver.restitution"]),
-        Hard::new(Theme::ManyContacts, "one-face-full-restitution", why, plate(1.0))
+        StressCase::new(Theme::ManyContacts, "one-face-full-restitution", why, plate(1.0))
             .starting(all_alike)
             .may_be_refused_at(&["solver.restitution"]),
-        Hard::new(
+        StressCase::new(
             Theme::ManyContacts,
             "one-point",
             "twenty-five knots hit the same point of a free cube",
@@ -188,9 +188,9 @@ fn many() -> [Hard; 4] {
                 "mass_kg": 1.0, "offset_m": [0.02, 0.03] }),
             ),
         )
-        .starting(|case| {
-            case.net.folded.fill(Vector3::zeros());
-            all_alike(case);
+        .starting(|built| {
+            built.net.folded.fill(Vector3::zeros());
+            all_alike(built);
         })
         .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
     ]

@@ -4,14 +4,14 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::{TOO_LONG, net, small_capture, with, with_target};
-use crate::study::stress::hard::{Hard, Theme};
+use crate::study::stress::hard::{StressCase, Theme};
 use crate::study::stress::measure::Numbers;
 
 const COARSE: &str =
     "the energy of cables that go taut is known to the square of their share of the stable step";
 
 /// The cases.
-pub fn cases() -> Vec<Hard> {
+pub fn cases() -> Vec<StressCase> {
     [scales().to_vec(), large_steps().to_vec(), vec![ten_thousand_knots()]].concat()
 }
 
@@ -22,29 +22,29 @@ fn in_f32(numbers: &mut Numbers) {
     numbers.angular_momentum = Some(1e-2);
 }
 
-fn scales() -> [Hard; 5] {
+fn scales() -> [StressCase; 5] {
     let tiny = with(
         net(6, 0.002, 1e-5, 0.2, 0.2),
         json!({ "net": { "cable": { "diameter_m": 5e-5 }, "fold": { "ratio": 0.3 } } }),
     );
     [
-        Hard::new(
+        StressCase::new(
             Theme::Scale,
             "millimetre-net",
             "meshes of 2 mm around a cube of 1 cm: everything is below usual tolerances",
             with_target(tiny, json!({ "cuboid": [0.01, 0.01, 0.01] }), 0.012, json!({ "mass_kg": 0.001 })),
         ),
-        Hard::new(Theme::Scale, "300-m-net", "a net of 300 m around a target of 50 m", huge_capture())
+        StressCase::new(Theme::Scale, "300-m-net", "a net of 300 m around a target of 50 m", huge_capture())
             .limited("explicit+impulse", COARSE, &["solver.step_s=5e-4"], &[("energy", 3e-4, 1e-2)])
             .not_run("joints+penalty", TOO_LONG),
-        Hard::new(
+        StressCase::new(
             Theme::Scale,
             "f32",
             "numbers of 32 bits keep seven digits, a net meets its target within tenths of a millimetre",
             with(small_capture(), json!({ "solver": { "precision": "f32" } })),
         )
         .bounded(in_f32),
-        Hard::new(
+        StressCase::new(
             Theme::Scale,
             "f32-300-m-net",
             "the same where a millimetre is the seventh digit",
@@ -52,16 +52,16 @@ fn scales() -> [Hard; 5] {
         )
         .bounded(in_f32)
         .not_run("joints+penalty", TOO_LONG),
-        Hard::new(
+        StressCase::new(
             Theme::Scale,
             "10-km-away",
             "everything 10 km from the origin: positions lose four digits",
             small_capture(),
         )
-        .starting(|case| {
+        .starting(|built| {
             let away = Vector3::new(6e3, -5e3, 6.2e3);
-            case.net.folded.iter_mut().for_each(|position| *position += away);
-            if let Some(target) = &mut case.target {
+            built.net.folded.iter_mut().for_each(|position| *position += away);
+            if let Some(target) = &mut built.target {
                 target.position += away;
             }
         }),
@@ -78,7 +78,7 @@ fn huge_capture() -> Value {
     with_target(huge, cube, 60.0, json!({ "mass_kg": 5e5, "offset_m": [3.0, 5.0] }))
 }
 
-fn large_steps() -> [Hard; 4] {
+fn large_steps() -> [StressCase; 4] {
     let kevlar = json!({ "net": { "cable": { "material": "kevlar" }, "fold": { "ratio": 0.05 } },
                          "launch": { "angle_deg": 55.0 } });
     let deployment = |step: f64| {
@@ -86,17 +86,18 @@ fn large_steps() -> [Hard; 4] {
     };
     let why = "the step is many times longer than anything that happens within it";
     [
-        Hard::new(Theme::LargeStep, "step-5-ms", why, deployment(5e-3)).may_be_refused_at(&["solver.step_s"]),
-        Hard::new(Theme::LargeStep, "step-50-ms", why, deployment(5e-2))
+        StressCase::new(Theme::LargeStep, "step-5-ms", why, deployment(5e-3))
             .may_be_refused_at(&["solver.step_s"]),
-        Hard::new(
+        StressCase::new(Theme::LargeStep, "step-50-ms", why, deployment(5e-2))
+            .may_be_refused_at(&["solver.step_s"]),
+        StressCase::new(
             Theme::LargeStep,
             "step-20-ms-capture",
             why,
             with(small_capture(), json!({ "solver": { "step_s": 0.02 } })),
         )
         .may_be_refused_at(&["solver.step_s"]),
-        Hard::new(
+        StressCase::new(
             Theme::LargeStep,
             "half-a-turn-a-step",
             "the target turns by half a turn within a step: no direction means anything",
@@ -109,13 +110,13 @@ fn large_steps() -> [Hard; 4] {
     ]
 }
 
-fn ten_thousand_knots() -> Hard {
+fn ten_thousand_knots() -> StressCase {
     let shot = with(
         net(100, 0.3, 4.0, 10.0, 5.0),
         json!({ "net": { "cable": { "material": "kevlar" }, "fold": { "ratio": 0.05 } },
                 "launch": { "angle_deg": 45.0 } }),
     );
-    Hard::new(
+    StressCase::new(
         Theme::Size,
         "ten-thousand-knots",
         "a net of 101 x 101 knots opens, meets a rocket stage and wraps it within 5 s",

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{OVERLAPS, SOFT, TOO_LONG, net, with, with_target};
-use crate::study::stress::hard::{Hard, Theme};
+use crate::study::stress::hard::{StressCase, Theme};
 
 /// Measured over the minute at the limit of 5 N: 2.8e-2 with `joints+rapier`; clamped 7e-5.
 const THREAD: &str =
@@ -15,31 +15,31 @@ const TURNS: [(&str, f64, f64); 1] = [("angular momentum", 2e-4, 1e-2)];
 const TURN: &str = "the engine turns the body where its contacts are not its own, to first order in the step";
 
 /// The cases.
-pub fn cases() -> Vec<Hard> {
+pub fn cases() -> Vec<StressCase> {
     [spins().to_vec(), jams().to_vec(), vec![million_steps()]].concat()
 }
 
-fn spins() -> [Hard; 4] {
+fn spins() -> [StressCase; 4] {
     let long_box = json!({ "cuboid": [0.1, 0.3, 0.1] });
     let into = |spin: Value, duration: f64| {
         let net = with(net(6, 0.1, 0.03, 3.0, duration), json!({ "net": { "fold": { "ratio": 0.3 } } }));
         with_target(net, long_box.clone(), 0.4, json!({ "mass_kg": 3.5, "spin_rad_s": spin }))
     };
     [
-        Hard::new(
+        StressCase::new(
             Theme::HighSpin,
             "spin-10-rad-s",
             "a tumbling box beats the net about",
             into(json!([10.0, 0.0, 0.0]), 1.0),
         ),
-        Hard::new(
+        StressCase::new(
             Theme::HighSpin,
             "spin-30-rad-s",
             "its ends move at three times the speed of the shot",
             into(json!([30.0, 0.0, 0.0]), 1.0),
         )
         .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
-        Hard::new(
+        StressCase::new(
             Theme::HighSpin,
             "winding-up",
             "a box that spins about its long axis winds the net up by friction",
@@ -50,7 +50,7 @@ fn spins() -> [Hard; 4] {
         )
         .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS)
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
-        Hard::new(
+        StressCase::new(
             Theme::HighSpin,
             "middle-axis-300-s",
             "a body that tumbles about its middle axis flips over and over, for 300 s",
@@ -71,7 +71,7 @@ fn spins() -> [Hard; 4] {
     ]
 }
 
-fn jams() -> [Hard; 3] {
+fn jams() -> [StressCase; 3] {
     let cube = json!({ "cuboid": [0.2, 0.2, 0.2] });
     // Meshes of 0.2 m: the explicit step is long enough for a minute.
     let shot = with(net(4, 0.2, 0.05, 3.0, 60.0), json!({ "net": { "fold": { "ratio": 0.4 } } }));
@@ -81,7 +81,7 @@ fn jams() -> [Hard; 3] {
                 "reel_speed_m_s": 0.5, "max_tension_n": tension, "stop_share": 0.0 } } })
     };
     [
-        Hard::new(
+        StressCase::new(
             Theme::Jam,
             "winch-at-its-limit",
             "the winches pull at their largest tension for a minute, and nothing gives way",
@@ -91,7 +91,7 @@ fn jams() -> [Hard; 3] {
         .limited("joints+rapier", THREAD, &[], &[("angular momentum", 3e-3, 0.2)])
         .limited("joints+impulse", THREAD, &[], &TURNS)
         .limited("explicit+impulse", THREAD, &[], &TURNS),
-        Hard::new(
+        StressCase::new(
             Theme::Jam,
             "clamped-between-threads",
             "threads from bullet to bullet press the target from both sides at 20 N",
@@ -100,7 +100,7 @@ fn jams() -> [Hard; 3] {
         .once()
         // 0.8 to 1.9 radii, as chance has it.
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
-        Hard::new(
+        StressCase::new(
             Theme::Jam,
             "wadded",
             "the whole net lies on the target in a wad for a minute, held by friction",
@@ -112,7 +112,7 @@ fn jams() -> [Hard; 3] {
     .map(|case| case.not_run("joints+penalty", TOO_LONG))
 }
 
-fn million_steps() -> Hard {
+fn million_steps() -> StressCase {
     let shot = with(
         net(2, 0.2, 0.05, 0.2, 500.0),
         json!({ "net": { "fold": { "ratio": 0.5 }, "cable": { "material": "nylon" } } }),
@@ -124,7 +124,7 @@ fn million_steps() -> Hard {
         json!({
         "mass_kg": 0.5, "spin_rad_s": [0.05, 0.02, 0.03] }),
     );
-    Hard::new(
+    StressCase::new(
         Theme::LongRun,
         "million-steps",
         "a slack net drifts about a captured target for a million steps: nothing may creep",
