@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{FAST_PAIRS, below, case_of, changed, pairs, run, small_scene, solver_of};
+use common::{below, case_of, changed, pairs, run, small_scene, solver_of};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use tumblenet::case::Case;
@@ -234,7 +234,7 @@ fn the_order_of_effects_in_the_file_changes_no_bit() {
 /// The books of a whole capture, with contact: every effect acts, and what is in no row is nothing.
 #[test]
 fn with_every_effect_the_ledgers_close() {
-    for solver in FAST_PAIRS {
+    for solver in pairs() {
         for probe in probes() {
             let case = case_of(scene(named(probe.name, &probe.acts), solver));
             let run = run(&case);
@@ -260,6 +260,10 @@ fn bounds(effect: &str, solver: &str) -> [f64; 3] {
         ("friction", "explicit+impulse") => [1e-3, 1e-10, 1e-10],
         // Rise 6e-5, of the cables that a thread drags taut.
         ("closing", "explicit+impulse") => [1e-6, 1e-10, 1e-4],
+        // Measured 5e-3: a thread acts once a step and the joints' cables in parts of it.
+        ("closing", "joints+impulse" | "joints+penalty") => [1e-3, 1e-3, 2e-2],
+        // A penalty force stores and gives back.
+        ("friction" | "closing", "explicit+penalty") => [1e-3, 1e-3, 1e-3],
         (_, "explicit+impulse") => [1e-12, 1e-10, 1e-10],
         _ => [1e-3, 1e-3, 1e-3],
     }

@@ -12,7 +12,7 @@ mod common;
 use std::process::Command;
 
 use bare::Bare;
-use common::{below, case_of, small_scene};
+use common::{FAST_PAIRS, below, case_of, small_scene};
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::simulation::Simulation;
@@ -26,8 +26,6 @@ fn case(solver: &str, effects: Value) -> Case {
     scene["solver"] = json!({ "cables": cables, "contact": contact });
     case_of(scene)
 }
-
-const SOLVERS: [&str; 2] = ["joints+rapier", "explicit+impulse"];
 
 /// Steps that are counted; the net meets the box within them.
 const STEPS: usize = 400;
@@ -48,7 +46,7 @@ fn counted_with_hooks(simulation: &mut Simulation) {
 
 #[test]
 fn both_loops_do_the_same() {
-    for solver in SOLVERS {
+    for solver in FAST_PAIRS {
         let case = case(solver, json!({}));
         let (mut bare, mut simulation) = (Bare::new(&case), Simulation::new(&case));
         counted_without_hooks(&mut bare);
@@ -105,7 +103,7 @@ fn hooks_of_effects_cost_a_scene_without_effects_less_than_a_percent() {
     if common::tool("valgrind", valgrind).is_none() {
         return;
     }
-    for solver in SOLVERS {
+    for solver in FAST_PAIRS {
         // The least of two runs: see above.
         let [one, other] = [(); 2].map(|()| instructions(solver, &json!({})));
         let (without, with) = (one[0].min(other[0]), one[1].min(other[1]));
@@ -113,7 +111,7 @@ fn hooks_of_effects_cost_a_scene_without_effects_less_than_a_percent() {
         below(solver, (with / without - 1.0).abs(), 0.01); // measured 5e-4 and 3e-3
     }
     // The count does see an effect: two kicks a step on 16 knots.
-    let [none, orbit] = instructions(SOLVERS[1], &json!({ "orbit": { "altitude_m": 7e5 } }));
-    println!("{}: {none:.0} instructions a step, {orbit:.0} on an orbit", SOLVERS[1]);
+    let [none, orbit] = instructions(FAST_PAIRS[1], &json!({ "orbit": { "altitude_m": 7e5 } }));
+    println!("{}: {none:.0} instructions a step, {orbit:.0} on an orbit", FAST_PAIRS[1]);
     assert!(orbit > 1.02 * none);
 }

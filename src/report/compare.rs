@@ -2,6 +2,7 @@
 
 pub mod figures;
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -233,8 +234,7 @@ fn notes(comparison: &Comparison) -> Vec<String> {
     )];
     notes.push(
         "Still held: of the members ever held, by Kaplan and Meier with the 95 % band, where the longest of them ended; \
-         a member that settled counts as held, one that ended undecided as neither. To watch a member, run the scene \
-         with the variant's changes and `--member N`."
+         a member that settled counts as held, one that ended undecided as neither."
             .to_owned(),
     );
     for variant in &comparison.variants {
@@ -264,10 +264,33 @@ fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
         ("kind", "comparison".to_owned()),
         ("lead", String::new()),
         ("tables", tables),
-        ("notes", notes),
+        ("notes", notes + &watching(comparison)),
         ("figures", page::drawings(drawn)),
         ("made", page::made(&comparison.provenance, comparison.request.ensemble.seed)),
     ])
+}
+
+/// How each variant's members ended, by number, and the command that shows one.
+fn watching(comparison: &Comparison) -> String {
+    let mut rows = String::new();
+    for (_, variant, outcome) in comparison.ran().filter(|(_, variant, _)| !variant.again.is_empty()) {
+        let mut members: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        for ended in &outcome.verdicts {
+            members.entry(ended.verdict.words()).or_default().push(ended.member.to_string());
+        }
+        let ended: Vec<String> =
+            members.iter().map(|(words, members)| format!("{words}: {}", members.join(", "))).collect();
+        let [label, ended, again] =
+            [&variant.label, &ended.join("; "), &variant.again].map(|text| page::escape(text));
+        let _ = writeln!(
+            rows,
+            "<tr><td>{label}</td><td>{ended}</td><td><code>{again} --member N</code></td></tr>"
+        );
+    }
+    if rows.is_empty() {
+        return rows;
+    }
+    page::table("<th>variant</th><th>members</th><th>to watch one</th>", &rows)
 }
 
 fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {

@@ -77,11 +77,11 @@ fn rows(file: impl std::io::Write, study: &Study) -> Result<(), csv::Error> {
 }
 
 /// A column of the table: its head, and what stands in it for a setting.
-type Column = (&'static str, fn(&MeasuredSetting) -> String);
+type CsvColumn = (&'static str, fn(&MeasuredSetting) -> String);
 
 /// The columns of `cost.csv`; a number that was not measured is left empty.
 #[rustfmt::skip] // a line a column
-const CSV_COLUMNS: [Column; 36] = [
+const CSV_COLUMNS: [CsvColumn; 36] = [
     ("family", |one| one.family.clone()),
     ("label", |one| one.label.clone()),
     ("value", |one| decimal(one.value)),

@@ -9,7 +9,7 @@ use super::page;
 use super::survival::{self, Named};
 use super::{plots, results, table};
 use crate::provenance::Provenance;
-use crate::study::ensemble::{Ended, Ensemble};
+use crate::study::ensemble::{self, Ended, Ensemble};
 
 /// Writes all files of `ensemble` of the scene called `scene` with `changes` to the folder `out`.
 ///
@@ -28,7 +28,7 @@ pub fn write(out: &Path, scene: &str, changes: &[String], ensemble: &Ensemble) -
         files::write(&place, |file| file.write_all(svg.as_bytes()))?;
         drawn.push((figure, svg));
     }
-    let again = again(scene, changes, ensemble);
+    let again = ensemble::again(scene, changes, &ensemble.request);
     let page = page::fill(&[
         ("title", page::escape(&ensemble.title)),
         ("kind", "ensemble".to_owned()),
@@ -41,19 +41,6 @@ pub fn write(out: &Path, scene: &str, changes: &[String], ensemble: &Ensemble) -
     files::write(&out.join("ensemble.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
     results::json(&out.join("ensemble.json"), ensemble)
-}
-
-/// The command that runs members again, without their number.
-fn again(scene: &str, changes: &[String], ensemble: &Ensemble) -> String {
-    let mut command = format!("tumblenet run {scene}");
-    for change in changes {
-        let _ = write!(command, " --set '{change}'");
-    }
-    if let Some(at_most) = ensemble.request.at_most_s {
-        let _ = write!(command, " --until settled --at-most {at_most}");
-    }
-    let _ = write!(command, " --perturb {:e} --seed {}", ensemble.request.perturb_m, ensemble.request.seed);
-    command
 }
 
 /// A row a member, with a link to its replay where it was written.

@@ -74,6 +74,9 @@ pub struct Compared {
     pub label: String,
     /// What it changes in the scene.
     pub changes: Vec<String>,
+    /// The command that runs a member again, but for its number; empty where no program asked.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub again: String,
     /// Why the checks refuse it; empty for one that ran.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refused: Vec<String>,
@@ -150,7 +153,7 @@ pub fn run(
     known: Vec<Vec<TrackMember>>,
     done: impl Fn(usize, &TrackMember) + Sync,
 ) -> Vec<Vec<TrackMember>> {
-    // TrackMember by member, not variant by variant: what else the machine does then falls on all variants alike.
+    // Member by member, not variant by variant: what else the machine does then falls on all variants alike.
     let missing: Vec<(usize, usize, &Case)> = (0..request.ensemble.members)
         .flat_map(|member| {
             let cases = variants.iter().enumerate();
@@ -234,6 +237,7 @@ impl Compared {
         Compared {
             label: variant.label.clone(),
             changes: variant.changes.clone(),
+            again: String::new(),
             refused: variant.case.as_ref().err().map_or(Vec::new(), |problems| {
                 let words = |p: &crate::problems::Problem| {
                     format!("{}: found {}; allowed: {}", p.place, p.found, p.allowed)

@@ -203,6 +203,22 @@ pub fn perturbed(case: &Case, request: &EnsembleRequest, member: usize) -> Case 
     })
 }
 
+/// The command that runs members of `request` again, without their number.
+pub fn again<'a>(
+    scene: &str,
+    changes: impl IntoIterator<Item = &'a String>,
+    request: &EnsembleRequest,
+) -> String {
+    let mut command = format!("tumblenet run {scene}");
+    for change in changes {
+        command.push_str(&format!(" --set '{change}'"));
+    }
+    if let Some(at_most) = request.at_most_s {
+        command.push_str(&format!(" --until settled --at-most {at_most}"));
+    }
+    command + &format!(" --perturb {:e} --seed {}", request.perturb_m, request.seed)
+}
+
 /// Runs the members that are not in `known` in parallel; `done` hears of each as it ends.
 ///
 /// Returns all members in their order.
