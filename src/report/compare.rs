@@ -11,8 +11,9 @@ use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
 use super::page::{self, Figure};
-use super::table::{number, table};
-use super::{plots, results};
+use super::results;
+use super::table::number;
+use super::text_table::TextTable;
 use crate::study::compare::{Comparison, Outcome};
 use crate::study::ensemble::Share;
 use crate::study::survival::Survival;
@@ -62,13 +63,7 @@ const CLOSING_COLUMNS: [Column; 12] = [
 pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
     files::make_folder(out)?;
     let mut files = files::Together::begin();
-    let mut drawn = Vec::new();
-    for figure in figures::all(comparison) {
-        let place = out.join(figure.name).with_extension("svg");
-        let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
-        files.write(&place, |file| file.write_all(svg.as_bytes()))?;
-        drawn.push((figure, svg));
-    }
+    let drawn = page::draw(&mut files, out, figures::all(comparison))?;
     let page = whole_page(comparison, &drawn);
     files.write(&out.join("compare.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
@@ -90,12 +85,12 @@ pub fn text(comparison: &Comparison) -> String {
     text
 }
 
-fn text_table(columns: &[Column], cells: Vec<Vec<String>>) -> comfy_table::Table {
+fn text_table(columns: &[Column], cells: Vec<Vec<String>>) -> TextTable {
     // Units in one line, below names of one or two.
     let head =
         |(name, unit): &Column| format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" });
     let heads: Vec<String> = columns.iter().map(|column| head(column).trim_end().to_owned()).collect();
-    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut rows = TextTable::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for row in cells {
         rows.add_row(row.into_iter().enumerate().map(|(column, text)| {
             let alignment = if column == 0 { CellAlignment::Left } else { CellAlignment::Right };

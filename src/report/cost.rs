@@ -11,8 +11,9 @@ use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
 use super::page::{self, Figure};
-use super::table::{number, table};
-use super::{plots, results};
+use super::results;
+use super::table::number;
+use super::text_table::TextTable;
 use crate::study::cost::advice::{length, seconds};
 use crate::study::cost::bench::LEFT_OUT;
 use crate::study::cost::dials::{AS_WRITTEN, DialKind};
@@ -50,13 +51,7 @@ const COLUMNS: [(&str, &str); 19] = [
 pub fn write(out: &Path, study: &Study) -> Result<(), WriteError> {
     files::make_folder(out)?;
     let mut files = files::Together::begin();
-    let mut drawn = Vec::new();
-    for figure in figures::all(study) {
-        let place = out.join(figure.name).with_extension("svg");
-        let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
-        files.write(&place, |file| file.write_all(svg.as_bytes()))?;
-        drawn.push((figure, svg));
-    }
+    let drawn = page::draw(&mut files, out, figures::all(study))?;
     files.write(&out.join("cost.csv"), |file| rows(file, study))?;
     let page = whole_page(study, &drawn);
     files.write(&out.join("cost.html"), |file| file.write_all(page.as_bytes()))?;
@@ -137,7 +132,7 @@ pub fn text(study: &Study) -> String {
     let windows = study.windows();
     let heads: Vec<String> = windows.iter().map(|window| format!("error to {:.2} s", window.end_s)).collect();
     let head = ["on a front"].into_iter().chain(heads.iter().map(String::as_str));
-    let mut rows = table(&head.chain(["time / s", "of as written"]).collect::<Vec<_>>());
+    let mut rows = TextTable::new(&head.chain(["time / s", "of as written"]).collect::<Vec<_>>());
     let written = study.settings.iter().find(|one| one.family == AS_WRITTEN);
     let written_cost = written.and_then(|one| one.cost).map_or(f64::NAN, |cost| cost.median);
     let mut shown: Vec<&MeasuredSetting> =
@@ -163,7 +158,7 @@ pub fn text(study: &Study) -> String {
         let _ = write!(text, "\n{note}");
     }
     if !study.verdicts.is_empty() {
-        let mut rows = table(&["after contact", "captured", "quality", "time / s", "agrees"]);
+        let mut rows = TextTable::new(&["after contact", "captured", "quality", "time / s", "agrees"]);
         for verdicts in &study.verdicts {
             let agrees = match verdicts.agreement {
                 Agreement::Finest => "the finest",

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::files::{self, WriteError};
 use super::page;
 use super::survival::{self, Named};
-use super::{plots, results, table};
+use super::{results, table};
 use crate::provenance::Provenance;
 use crate::study::ensemble::{self, Ended, Ensemble};
 
@@ -21,13 +21,8 @@ pub fn write(out: &Path, scene: &str, changes: &[String], ensemble: &Ensemble) -
     let curve: Vec<Named> =
         curve.map(|survival| Named { name: scene.to_owned(), series: 0, survival }).collect();
     let figure = survival::figure(&curve);
-    let mut drawn = Vec::new();
-    if !figure.panels.is_empty() {
-        let place = out.join("survival.svg");
-        let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
-        files::write(&place, |file| file.write_all(svg.as_bytes()))?;
-        drawn.push((figure, svg));
-    }
+    let mut files = files::Together::begin();
+    let drawn = page::draw(&mut files, out, vec![figure])?;
     let again = ensemble::again(scene, changes, &ensemble.request);
     let page = page::fill(&[
         ("title", page::escape(&ensemble.title)),
@@ -38,9 +33,10 @@ pub fn write(out: &Path, scene: &str, changes: &[String], ensemble: &Ensemble) -
         ("figures", page::drawings(&drawn)),
         ("made", page::made(&Provenance::here(), ensemble.request.seed)),
     ]);
-    files::write(&out.join("ensemble.html"), |file| file.write_all(page.as_bytes()))?;
+    files.write(&out.join("ensemble.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
-    results::json(&out.join("ensemble.json"), ensemble)
+    files.write(&out.join("ensemble.json"), |file| results::as_json(file, ensemble))?;
+    files.appear()
 }
 
 /// A row a member, with a link to its replay where it was written.

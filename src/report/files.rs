@@ -2,7 +2,9 @@
 //!
 //! Each is written beside its place under a name that begins with `.unfinished-`, then renamed. Of a set the
 //! last file says that the rest is there: the old one goes before the first of the others is renamed, the new
-//! one comes after the last. Two programs that write to one folder wait for each other while they rename,
+//! one comes after the last. What is to be renamed is first written down, whole, in the file `.switching`: a program
+//! that is killed before has changed nothing, and what one that is killed after leaves to be done is done by the next
+//! that begins to write or read there. Two programs that write to one folder wait for each other while they rename,
 //! by a lock on the folder, and who writes holds a lock on each unfinished file: one without has been left by
 //! a program that was killed, and goes when the next begins to write there. Where the system locks no folders
 //! the rest holds without.
@@ -12,7 +14,10 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
+use serde::{Deserialize, Serialize};
 use tempfile::NamedTempFile;
+
+use crate::limits;
 
 /// Held for reading while a file is written, for writing by who ends the program.
 static WRITING: RwLock<()> = RwLock::new(());
@@ -46,13 +51,85 @@ impl WriteError {
 /// How the name of a file begins that is being written.
 const UNFINISHED: &str = ".unfinished-";
 
-/// Makes the folder `path` and those above it, and removes from it what a killed program left unfinished.
+/// Name of the file that says what of a set is to be renamed.
+const SWITCHING: &str = ".switching";
+
+/// Most bytes of that file; those of the largest sets have some hundred.
+const MOST_SWITCHING: u64 = 1 << 20;
+
+/// The change from one set to the next, by names within their folder.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Switch {
+    /// Files of the set before that the new one does not have.
+    gone: Vec<String>,
+    /// Unfinished files and the names that they are to have, the last one last.
+    renamed: Vec<(String, String)>,
+}
+
+impl Switch {
+    /// The one that was begun in `folder`, if there is one.
+    fn begun(folder: &Path) -> Option<Switch> {
+        let bytes = limits::read_file(&folder.join(SWITCHING), MOST_SWITCHING).ok()?;
+        let switch: Switch = serde_json::from_slice(&bytes).ok()?;
+        // Written by somebody else: no file but one of this folder is touched, and none in the place of another kind.
+        let plain = |name: &String| Path::new(name).file_name().is_some_and(|own| own == name.as_str());
+        let ours =
+            switch.renamed.iter().all(|(from, to)| from.starts_with(UNFINISHED) && plain(from) && plain(to));
+        (ours && switch.gone.iter().all(plain)).then_some(switch)
+    }
+
+    /// Does what is left to be done of it. `folder` is locked.
+    fn finish(&self, folder: &Path) -> Result<(), WriteError> {
+        let Some((last_from, last)) = self.renamed.last() else { return Ok(()) };
+        // Once the last file is there, all is done but to forget it.
+        if folder.join(last_from).exists() {
+            for name in self.gone.iter().chain([last]) {
+                remove(&folder.join(name))?;
+            }
+            for (from, to) in &self.renamed {
+                let to = folder.join(to);
+                match std::fs::rename(folder.join(from), &to) {
+                    Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                        return Err(WriteError::new(&to, error));
+                    }
+                    // Done before.
+                    _ => {}
+                }
+            }
+        }
+        remove(&folder.join(SWITCHING))
+    }
+}
+
+/// Removes a file that may not be there.
+fn remove(path: &Path) -> Result<(), WriteError> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(WriteError::new(path, error)),
+        _ => Ok(()),
+    }
+}
+
+/// Ends what a program that was killed had begun to rename in `folder`: for who only reads there. What cannot be
+/// ended, where nothing may be written say, stays as it is.
+pub fn settle(folder: &Path) {
+    if folder.join(SWITCHING).exists()
+        && let Some(_alone) = lock(folder)
+        && let Some(switch) = Switch::begun(folder)
+    {
+        switch.finish(folder).ok();
+    }
+}
+
+/// Makes the folder `path` and those above it, ends what a killed program had begun to rename in it, and removes what
+/// one left unfinished.
 ///
 /// # Errors
 /// It cannot be made, or is a file.
 pub fn make_folder(path: &Path) -> Result<(), WriteError> {
     std::fs::create_dir_all(path).map_err(|error| WriteError::new(path, error))?;
-    if let Some(_alone) = lock(path) {
+    if let Some(_alone) = lock(path)
+        && Switch::begun(path).is_none_or(|switch| switch.finish(path).is_ok())
+    {
         remove_stale(path);
     }
     Ok(())
@@ -105,6 +182,7 @@ pub fn write<E: std::fmt::Display>(
 /// What fails or is dropped before leaves the old ones as they were.
 pub struct Together {
     written: Vec<(NamedTempFile, PathBuf)>,
+    gone: Vec<PathBuf>,
     /// After the files: they are gone before somebody may end the program.
     _writing: RwLockReadGuard<'static, ()>,
 }
@@ -112,7 +190,7 @@ pub struct Together {
 impl Together {
     /// None yet.
     pub fn begin() -> Together {
-        Together { written: Vec::new(), _writing: writing() }
+        Together { written: Vec::new(), gone: Vec::new(), _writing: writing() }
     }
 
     /// Writes what is to become the file `path` through `fill`.
@@ -128,27 +206,50 @@ impl Together {
         Ok(())
     }
 
+    /// The set has no file `path`, which an earlier one may have had.
+    pub fn without(&mut self, path: &Path) {
+        self.gone.push(path.to_owned());
+    }
+
     /// Renames all files to their places, in the order they were written.
     ///
     /// # Errors
     /// A file cannot be renamed. Where a folder is in the place of one, all old ones are as they were.
-    pub fn appear(self) -> Result<(), WriteError> {
+    pub fn appear(mut self) -> Result<(), WriteError> {
         let Some((_, last)) = self.written.last() else { return Ok(()) };
-        let _alone = lock(folder_of(last));
-        self.written.iter().try_for_each(|(_, path)| is_free(path))?;
-        if self.written.len() > 1 {
-            match std::fs::remove_file(last) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(WriteError::new(last, error));
-                }
-                _ => {}
-            }
+        let folder = folder_of(last).to_owned();
+        let place = folder.join(SWITCHING);
+        let is_set = self.written.len() > 1 || !self.gone.is_empty();
+        let switch = self.as_switch();
+        let told = is_set.then(|| beside(&place, |file| serde_json::to_writer(file, &switch))).transpose()?;
+
+        let _alone = lock(&folder);
+        if let Some(switch) = Switch::begun(&folder) {
+            switch.finish(&folder)?;
         }
-        for (file, path) in self.written {
-            file.persist(&path).map_err(|error| WriteError::new(&path, error.error))?;
+        self.written.iter().map(|(_, path)| path).chain(&self.gone).try_for_each(|path| is_free(path))?;
+        let Some(told) = told else {
+            return self.written.drain(..).try_for_each(|(file, path)| put(file, &path));
+        };
+        put(told, &place)?;
+        // From here on the files are the switch's: whoever is killed, or cannot go on, leaves them to the next.
+        for (file, path) in self.written.drain(..) {
+            file.keep().map_err(|error| WriteError::new(&path, error.error))?;
         }
-        Ok(())
+        switch.finish(&folder)
     }
+
+    fn as_switch(&self) -> Switch {
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Switch {
+            gone: self.gone.iter().map(|path| name(path)).collect(),
+            renamed: self.written.iter().map(|(file, path)| (name(file.path()), name(path))).collect(),
+        }
+    }
+}
+
+fn put(file: NamedTempFile, path: &Path) -> Result<(), WriteError> {
+    file.persist(path).map(drop).map_err(|error| WriteError::new(path, error.error))
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -250,6 +351,80 @@ mod tests {
         make_folder(folder.path()).unwrap();
         files.appear().unwrap();
         assert_eq!(names(folder.path()), [".tmp-of-somebody-else", ".unfinished-folder", "result"]);
+    }
+
+    /// A set of two files and no third, half of it renamed: after `n_done` of the renames, or before them.
+    fn killed_after(n_done: usize) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["one", "last", "figure"] {
+            std::fs::write(at(name), "old").unwrap();
+        }
+        let renamed =
+            [(".unfinished-1", "one"), (".unfinished-2", "last")].map(|(a, b)| (a.into(), b.into()));
+        let switch = Switch { gone: vec!["figure".into()], renamed: renamed.into() };
+        std::fs::write(at(SWITCHING), serde_json::to_vec(&switch).unwrap()).unwrap();
+        for (from, _) in &switch.renamed {
+            std::fs::write(at(from), "new").unwrap();
+        }
+        if n_done > 0 {
+            ["figure", "last"].iter().for_each(|name| std::fs::remove_file(at(name)).unwrap());
+        }
+        for (from, to) in &switch.renamed[..n_done] {
+            std::fs::rename(at(from), at(to)).unwrap();
+        }
+        folder
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_kill_between_the_renames_leaves_no_set_without_its_last_file() {
+        for n_done in 0..=2 {
+            for ends in [settle as fn(&Path), |folder| make_folder(folder).unwrap()] {
+                let folder = killed_after(n_done);
+                ends(folder.path());
+                assert_eq!(names(folder.path()), ["last", "one"], "after {n_done} renames");
+                for name in ["one", "last"] {
+                    assert_eq!(
+                        std::fs::read(folder.path().join(name)).unwrap(),
+                        b"new",
+                        "after {n_done} renames"
+                    );
+                }
+            }
+            let folder = killed_after(n_done);
+            write(&folder.path().join("other"), |file| file.write_all(b"x")).unwrap();
+            assert_eq!(names(folder.path()), ["last", "one", "other"], "by who writes there next");
+        }
+    }
+
+    #[test]
+    fn a_switch_that_is_none_of_ours_touches_nothing() {
+        for text in [
+            "",
+            "{",
+            r#"{"gone":["../a"],"renamed":[[".unfinished-1","one"]]}"#,
+            r#"{"gone":[],"renamed":[["one","two"]]}"#,
+            r#"{"gone":[],"renamed":[[".unfinished-1/../../a","two"]]}"#,
+            r#"{"gone":[".."],"renamed":[[".unfinished-1","two"]]}"#,
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::write(folder.path().join(SWITCHING), text).unwrap();
+            assert!(Switch::begun(folder.path()).is_none(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_set_leaves_no_figure_of_the_one_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("figure"), "old").unwrap();
+        let mut files = Together::begin();
+        files.without(&at("figure"));
+        files.without(&at("never"));
+        files.write(&at("last"), |file| file.write_all(b"new")).unwrap();
+        files.appear().unwrap();
+        assert_eq!(names(folder.path()), ["last"]);
     }
 
     /// Of a set that two writers write at the same time, one is there at the end: a hundred times.

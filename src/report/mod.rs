@@ -11,5 +11,6 @@ pub mod results;
 pub mod stress;
 pub mod survival;
 pub mod table;
+pub mod text_table;
 
 mod template;

@@ -1,8 +1,11 @@
 //! The page of a study: table and figures in one self-contained file, light and dark.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
 
-use super::plots::{DARK, Panel, hex};
+use super::files::{Together, WriteError};
+use super::plots::{self, DARK, Panel, hex};
 use super::template;
 use crate::provenance::Provenance;
 
@@ -33,6 +36,29 @@ pub fn table(head: &str, rows: &str) -> String {
     format!(
         "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
     )
+}
+
+/// Draws figures, each as a file of the set in the folder `out`; one without panels is none, and an earlier set's goes.
+///
+/// # Errors
+/// The first file that cannot be written.
+pub fn draw(
+    files: &mut Together,
+    out: &Path,
+    figures: Vec<Figure>,
+) -> Result<Vec<(Figure, String)>, WriteError> {
+    let mut drawn = Vec::new();
+    for figure in figures {
+        let place = out.join(figure.name).with_extension("svg");
+        if figure.panels.is_empty() {
+            files.without(&place);
+            continue;
+        }
+        let svg = plots::svg(&figure.panels).map_err(|error| WriteError::new(&place, error))?;
+        files.write(&place, |file| file.write_all(svg.as_bytes()))?;
+        drawn.push((figure, svg));
+    }
+    Ok(drawn)
 }
 
 /// Figures with their drawings, one below the other.

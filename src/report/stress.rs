@@ -6,7 +6,7 @@ use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
 use super::results;
-use super::table::table;
+use super::text_table::TextTable;
 use crate::study::stress::hard::StressCase;
 use crate::study::stress::measure::{Measured, Numbers};
 use crate::study::stress::{Stress, StressRow, StressVerdict};
@@ -78,7 +78,7 @@ pub fn text(stress: &Stress) -> String {
     let names = Numbers::BOUNDS.each().map(|(name, _)| name);
     let heads = [&["case", "pair", "verdict", "step\ns"], &names[..], &["time\ns"]].concat();
     let heads: Vec<String> = heads.iter().map(|head| head.replace("angular ", "angular\n")).collect();
-    let mut rows = table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut rows = TextTable::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for row in &stress.rows {
         let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
         let mut cells = vec![Cell::new(&row.case), Cell::new(&row.pair), Cell::new(word(row.verdict))];
@@ -211,7 +211,7 @@ fn cell(row: &StressRow, reasons: &mut Vec<String>) -> String {
 
 /// The cases and why each is hard.
 pub fn list(cases: &[StressCase]) -> String {
-    let mut rows = table(&["theme", "case", "why it is hard"]);
+    let mut rows = TextTable::new(&["theme", "case", "why it is hard"]);
     for case in cases {
         rows.add_row([case.theme.title(), case.name, case.why]);
     }

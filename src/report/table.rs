@@ -1,24 +1,16 @@
 //! The result of a run as a table that a person enjoys reading.
 
-use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
+use comfy_table::{Cell, CellAlignment};
 
+use super::text_table::TextTable;
 use crate::metrics::retention::Trial;
 use crate::metrics::summary::Summary;
 use crate::metrics::verdict::{Capture, Reason, Verdict};
 use crate::study::ensemble::Ensemble;
 
-/// A table with a header and numbers to the right.
-pub fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
-    table.set_header(header.iter().map(Cell::new));
-    table
-}
-
 /// `summary` as text.
 pub fn summary(summary: &Summary) -> String {
-    let mut rows = Rows(table(&["", "", ""]));
+    let mut rows = Rows(TextTable::new(&["", "", ""]));
     let deployment = &summary.deployment;
     rows.head("deployment");
     rows.number("largest area", deployment.max_area_m2, "m²");
@@ -62,7 +54,7 @@ pub fn summary(summary: &Summary) -> String {
 
 /// `ensemble` as text: the share captured, and the quartiles of its main numbers.
 pub fn ensemble(ensemble: &Ensemble) -> String {
-    let mut rows = table(&["", "least", "quartile", "median", "quartile", "largest", "members"]);
+    let mut rows = TextTable::new(&["", "least", "quartile", "median", "quartile", "largest", "members"]);
     for (name, spread) in &ensemble.scalars {
         if !MAIN_BLOCKS.iter().any(|block| name.starts_with(block)) {
             continue;
@@ -168,7 +160,7 @@ pub fn held(trial: &Trial) -> &'static str {
     }
 }
 
-struct Rows(Table);
+struct Rows(TextTable);
 
 impl Rows {
     /// What closes the net, and whether it held when tried.
@@ -219,7 +211,7 @@ impl Rows {
     }
 
     fn head(&mut self, name: &str) {
-        self.0.add_row(vec![Cell::new(name).add_attribute(comfy_table::Attribute::Bold)]);
+        self.0.add_row([name]);
     }
 
     fn text(&mut self, name: &str, value: &str, unit: &str) {

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 use super::schema::Scene;
 use crate::problems::{Problem, Problems};
 use crate::read;
+use crate::target::repair::{self as shape, related};
 
 /// A scene that was made readable.
 pub struct Repaired {
@@ -17,16 +18,27 @@ pub struct Repaired {
 
 /// Makes the scene `json` readable, in which the schema found `faults`; none where that does not succeed.
 pub fn repaired(json: &Value, faults: &[Problem]) -> Option<Repaired> {
-    // First key by key, then by whole sections.
-    [2, 1].into_iter().find_map(|depth| {
+    // Parts of a shape and other sections key by key; then all key by key; then whole sections.
+    [(2, true), (2, false), (1, false)].into_iter().find_map(|(depth, in_shape)| {
         let mut json = json.clone();
+        let below = |fault: &&Problem| in_shape && fault.place.starts_with(SHAPE);
+        let (in_shape, others): (Vec<&Problem>, Vec<&Problem>) = faults.iter().partition(below);
+        let mut places: Vec<String> =
+            others.iter().map(|fault| above(&fault.place, depth).to_owned()).collect();
         let scene = json.as_object_mut()?;
-        let places: Vec<String> = faults.iter().map(|fault| above(&fault.place, depth).to_owned()).collect();
         places.iter().for_each(|place| repair(scene, place));
+        if !in_shape.is_empty() {
+            let of_target = json.pointer_mut("/target/shape")?;
+            let parts = shape::repair(of_target, in_shape.iter().map(|fault| &fault.place[SHAPE.len()..]))?;
+            places.extend(parts.into_iter().map(|part| format!("{SHAPE}{part}")));
+        }
         let scene = read::typed(&json, "", &mut Problems::new(""))?;
         Some(Repaired { scene, places })
     })
 }
+
+/// How places in a shape begin that stands in the scene itself.
+const SHAPE: &str = "target.shape.";
 
 impl Repaired {
     /// Whether a fault that was found at `place` is one of the scene as it was written.
@@ -53,14 +65,6 @@ fn needs(place: &str) -> &'static [&'static str] {
         }
         _ => &[],
     }
-}
-
-/// Whether one place is the other, or lies in it.
-fn related(one: &str, other: &str) -> bool {
-    let within = |inner: &str, outer: &str| {
-        inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[', '(']))
-    };
-    within(one, other) || within(other, one)
 }
 
 /// The first `depth` keys of `place`.
@@ -146,6 +150,39 @@ mod tests {
             assert!(found.iter().any(|known| known == place), "{place} not in {found:?}");
         }
         assert_eq!(found.len(), 7, "{found:?}"); // the band is none, besides
+    }
+
+    #[test]
+    fn a_faulty_part_hides_no_fault_of_another() {
+        let parts = json!([
+            { "cuboid": [0, 1, 1] }, { "mesh": { "file": "nowhere.obj" } }, { "ball": { "radius_m": 0.1 } },
+            { "ball": { "radius_m": 0.1 }, "cuboid": [1, 1, 1] }
+        ]);
+        let mut bad = scene();
+        bad["target"]["shape"] = json!({ "parts": parts, "inertia_kg_m2": 3 });
+        let part = |i: usize, below: &str| format!("target.shape.parts[{i}]{below}");
+        let inertia = "target.shape.inertia_kg_m2".to_owned();
+        assert_eq!(places(bad.clone()), [part(0, ".cuboid[0]"), inertia, part(1, ".mesh.file"), part(3, "")]);
+
+        // The same in a file.
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("shape.json"), bad["target"]["shape"].to_string()).unwrap();
+        bad["target"]["shape"] = json!("shape.json");
+        let of_file = |place: String| place.replace("target.shape.", "target.shape(shape.json).");
+        let source = Source {
+            name: "t".into(),
+            input: "t".into(),
+            folder: Some(folder.path().to_path_buf()),
+            json: bad,
+            limits: Limits::default(),
+        };
+        let problems = Case::build(&source).err().unwrap();
+        let found: Vec<&str> = problems.list.iter().map(|problem| problem.place.as_str()).collect();
+        let inertia = "target.shape(shape.json).inertia_kg_m2".to_owned();
+        assert_eq!(
+            found,
+            [of_file(part(0, ".cuboid[0]")), inertia, of_file(part(1, ".mesh.file")), of_file(part(3, ""))]
+        );
     }
 
     #[test]

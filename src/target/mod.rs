@@ -10,6 +10,7 @@ mod mass;
 pub mod moments;
 pub mod motion;
 pub mod parts;
+pub mod repair;
 pub mod samples;
 pub mod shape;
 pub mod spec;
@@ -425,8 +426,10 @@ mod tests {
     #[test]
     fn shapes_that_are_not_there() {
         let named = |name: &str| json!({ "shape": name, "distance_m": 1.0, "mass_kg": 1.0 });
-        let unknown = first_fault(named("cubesat-4u"));
-        assert!(unknown.starts_with("target.shape: \"cubesat-4u\"; \"ball-0.08\", "), "{unknown}");
+        let slip = first_fault(named("cubesat-4u"));
+        assert!(slip.starts_with("target.shape: \"cubesat-4u\"; did you mean \"cubesat-3u\"?"), "{slip}");
+        let unknown = first_fault(named("moon"));
+        assert!(unknown.starts_with("target.shape: \"moon\"; \"ball-0.08\", "), "{unknown}");
         assert!(unknown.contains("\"zenit-2-second-stage\""));
         assert!(
             first_fault(named("mine.json")).starts_with("target.shape: the file \"mine.json\"; no files")

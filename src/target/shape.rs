@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::files::Files;
+use super::repair;
 use super::spec::{Shape, ShapeChoice};
 use crate::assets::Kind;
 use crate::json;
@@ -49,11 +50,16 @@ pub fn find<'a>(
     } else if let Some(text) = Kind::Shape.text(name) {
         (Cow::Borrowed(text), files.named_by(None))
     } else {
-        let allowed = format!("{}, the path of a .json file, or a shape", Kind::Shape.choices());
+        let allowed = format!("{}, the path of a .json file, or a shape", Kind::Shape.instead_of(name));
         problems.add(place, format!("{name:?}"), allowed);
         return None;
     };
     let value = json::parse(&text, &inner_place, problems)?;
-    let shape = read::typed(&value, &inner_place, problems)?;
+    let known = problems.list.len();
+    let Some(shape) = read::typed(&value, &inner_place, problems) else {
+        let faults = problems.list[known..].to_vec();
+        repair::check_others(&value, &faults, &files, &inner_place, problems);
+        return None;
+    };
     Some(FoundShape { shape: Cow::Owned(shape), files, place: inner_place })
 }

@@ -10,9 +10,9 @@ use crate::study::compare::difference::{BoxPlot, Differences, Horizon, Separatio
 use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD};
 use crate::study::compare::{Compared, Comparison, Outcome};
 
-/// All figures that apply.
+/// All figures; one that does not apply has no panels.
 pub fn all(comparison: &Comparison) -> Vec<Figure> {
-    [
+    vec![
         verdicts(comparison),
         survival(comparison),
         bullet_differences(comparison),
@@ -24,9 +24,6 @@ pub fn all(comparison: &Comparison) -> Vec<Figure> {
         momentum(comparison),
         wall_time(comparison),
     ]
-    .into_iter()
-    .filter(|figure| !figure.panels.is_empty())
-    .collect()
 }
 
 fn line(x: &[f64], y: &[f64], colour: RGBColor, dashed: bool) -> Mark {

@@ -17,12 +17,9 @@ const NO_LINE: [&str; 3] = ["as written", "other cables", "contact"];
 /// Gain of energy that a stable method may show [-].
 const QUIET: f64 = 1e-3;
 
-/// All figures that apply.
+/// All figures; one that does not apply has no panels.
 pub fn all(study: &Study) -> Vec<Figure> {
-    [work_precision(study), trust(study), convergence(study), verdicts(study), stability(study)]
-        .into_iter()
-        .filter(|figure| !figure.panels.is_empty())
-        .collect()
+    vec![work_precision(study), trust(study), convergence(study), verdicts(study), stability(study)]
 }
 
 fn line(points: Vec<(f64, f64)>, colour: RGBColor, width: u32, dashed: bool) -> Mark {
