@@ -4,6 +4,8 @@
 
 use include_dir::{Dir, include_dir};
 
+use crate::problems::nearest;
+
 static SCENARIOS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/scenarios");
 static SHAPES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/shapes");
 static MATERIALS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/materials");
@@ -56,8 +58,16 @@ impl Kind {
         self.dir().get_file(format!("{name}{}", self.ending()))?.contents_utf8()
     }
 
+    /// What may stand in the place of the unknown name `name`, for an error message: the one that it is like, or all.
+    pub fn instead_of(self, name: &str) -> String {
+        match nearest(name, self.names().into_iter()) {
+            Some(meant) => format!("did you mean \"{meant}\"? (`tumblenet list` names all)"),
+            None => self.choices(),
+        }
+    }
+
     /// `a`, `b` or `c`: what a name may be, for an error message.
-    pub fn choices(self) -> String {
+    fn choices(self) -> String {
         self.names().iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
     }
 }

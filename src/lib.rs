@@ -29,7 +29,7 @@
 //!
 //! | module | subject |
 //! |---|---|
-//! | [`problems`], [`limits`], [`json`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, text to values, the schema, what is built in |
+//! | [`problems`], [`limits`], [`json`], [`spelling`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, text to values, other ways to write them, the schema, what is built in |
 //! | [`state`] | the nouns that travel in a step |
 //! | [`cable`], [`friction`] | the tension law; the friction laws |
 //! | [`solver`] | the numerical method as a user chooses it |
@@ -65,6 +65,8 @@ pub mod problems;
 pub mod limits;
 
 pub mod json;
+
+pub mod spelling;
 
 pub mod read;
 

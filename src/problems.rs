@@ -110,6 +110,20 @@ impl fmt::Display for Problems {
     }
 }
 
+/// The word of `known` that `word` was most likely meant to be, if it is like one.
+pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    /// Jaro's likeness from which a word is taken for a slip: `cubesat-fre` has 0.97 to `cubesat-free`, `moon` 0.63 to
+    /// `nylon`.
+    const LIKE: f64 = 0.8;
+    // The comparison takes the square of the length.
+    if word.len() > 100 {
+        return None;
+    }
+    let likeness = known.map(|known| (strsim::jaro(word, known), known));
+    let best = likeness.max_by(|one, other| one.0.total_cmp(&other.0));
+    best.filter(|(likeness, _)| *likeness >= LIKE).map(|(_, known)| known)
+}
+
 /// Path `below` under path `above`.
 pub fn join(above: &str, below: &str) -> String {
     match (above.is_empty(), below.is_empty()) {
@@ -134,6 +148,18 @@ mod tests {
         let mut problems = Problems::new("test");
         problems.add("a\u{7}", "line 1: \u{1b}[2J", "no such thing");
         assert!(problems.to_string().contains("a\\u0007: found line 1: \\u001b[2J;"), "{problems}");
+    }
+
+    #[test]
+    fn a_slip_is_told_from_another_word() {
+        let known =
+            || ["cubesat-free", "cubesat-spin-x-2.0", "kevlar", "nylon", "bullet_mass_kg"].into_iter();
+        assert_eq!(nearest("cubesat-fre", known()), Some("cubesat-free"));
+        assert_eq!(nearest("kelvar", known()), Some("kevlar"));
+        assert_eq!(nearest("bulet_mass", known()), Some("bullet_mass_kg"));
+        assert_eq!(nearest("moon", known()), None);
+        assert_eq!(nearest("", known()), None);
+        assert_eq!(nearest(&"cubesat".repeat(1000), known()), None);
     }
 
     #[test]

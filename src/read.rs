@@ -8,16 +8,25 @@ use jsonschema::ValidationError;
 use jsonschema::error::{TypeKind, ValidationErrorKind as Kind};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::json;
 use crate::problems::Problems;
 pub use crate::problems::join;
+use crate::problems::nearest;
+use crate::spelling;
 
 /// The JSON Schema of `T`.
 pub fn schema<T: JsonSchema>() -> Value {
     let mut schema = schemars::schema_for!(T).to_value();
     bound_whole_numbers(&mut schema);
+    schema
+}
+
+/// The JSON Schema of `T` where a user writes it: with notes, and angles and rates in other ways.
+pub fn input_schema<T: JsonSchema>() -> Value {
+    let mut schema = schema::<T>();
+    spelling::allow(&mut schema);
     schema
 }
 
@@ -49,7 +58,7 @@ pub fn typed<T: JsonSchema + DeserializeOwned>(
     place: &str,
     problems: &mut Problems,
 ) -> Option<T> {
-    let schema = schema::<T>();
+    let schema = input_schema::<T>();
     let validator = match jsonschema::validator_for(&schema) {
         Ok(validator) => validator,
         // Our own schema: a fault in it is caught by the test below for every type that is read.
@@ -67,7 +76,12 @@ pub fn typed<T: JsonSchema + DeserializeOwned>(
         }
         return None;
     }
-    match serde_json::from_value(json::with_whole_numbers(value)) {
+    let (mut value, known) = (json::with_whole_numbers(value), problems.list.len());
+    spelling::plain(&mut value, place, problems);
+    if problems.list.len() > known {
+        return None;
+    }
+    match serde_json::from_value(value) {
         Ok(typed) => Some(typed),
         // The schema is the stricter of the two, but a gap between them must not be a panic.
         Err(error) => {
@@ -108,7 +122,13 @@ fn explain(error: &ValidationError<'_>, schema: &Value, root: &str, problems: &m
         Kind::AdditionalProperties { unexpected } => {
             let known = known_keys(schema, error.schema_path().as_str());
             for key in unexpected {
-                problems.add(join(&place, key), "an unknown key", known.clone());
+                if problems.is_full() {
+                    break;
+                }
+                let meant = nearest(key, known.iter().map(String::as_str));
+                let meant =
+                    meant.map_or_else(String::new, |meant| format!("did you mean {meant}? Keys here: "));
+                problems.add(join(&place, key), "an unknown key", format!("{meant}{}", known.join(", ")));
             }
         }
         Kind::Required { property } => {
@@ -127,8 +147,13 @@ fn explain(error: &ValidationError<'_>, schema: &Value, root: &str, problems: &m
         Kind::MinItems { limit } => add(format!("at least {limit} entries")),
         Kind::MaxItems { limit } => add(format!("at most {limit} entries")),
         Kind::Type { kind } => add(type_names(kind)),
-        // An object without keys of its own; the place is the object's.
-        Kind::FalseSchema => add("an object without keys".to_owned()),
+        // Two ways to say the same.
+        Kind::Not { schema } => {
+            let keys = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
+            let keys: Vec<&str> = keys.collect();
+            let last = keys.last().copied().unwrap_or_default();
+            problems.add(join(&place, last), format!("both {}", keys.join(" and ")), "one of them");
+        }
         other => add(format!("what the rule `{}` says: {error}", other.keyword())),
     }
 }
@@ -210,14 +235,11 @@ fn describe(value: &Value) -> String {
 }
 
 /// The keys that the schema object of a failed `additionalProperties` does allow.
-fn known_keys(schema: &Value, schema_path: &str) -> String {
+fn known_keys(schema: &Value, schema_path: &str) -> Vec<String> {
     let parent = schema_path.rsplit_once('/').map_or("", |(parent, _)| parent);
     let object = schema.pointer(parent);
     let known = object.and_then(|object| object["properties"].as_object());
-    match known {
-        Some(map) => map.keys().cloned().collect::<Vec<_>>().join(", "),
-        None => "no key but those of the format".to_owned(),
-    }
+    known.into_iter().flat_map(Map::keys).cloned().collect()
 }
 
 fn one_of<'a>(options: impl Iterator<Item = &'a Value>) -> String {

@@ -38,7 +38,7 @@ fn every_file_is_built_in_byte_for_byte() {
 
 #[test]
 fn every_scene_is_valid_under_the_published_schema() {
-    let schema = read::schema::<Scene>();
+    let schema = read::input_schema::<Scene>();
     let validator = jsonschema::validator_for(&schema).unwrap();
     for name in Kind::Scene.names() {
         let json: serde_json::Value = serde_json::from_str(Kind::Scene.text(name).unwrap()).unwrap();

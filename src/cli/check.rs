@@ -6,7 +6,8 @@ use tumblenet::metrics::warnings;
 use tumblenet::problems::{Problems, visible};
 
 use super::reading::Reading;
-use super::{Error, print, tell};
+use super::terminal::{remark, stage};
+use super::{Error, say, tell};
 
 /// Arguments of `check`.
 #[derive(Args)]
@@ -20,14 +21,15 @@ pub struct Arguments {
 
 /// Checks every scene and reports all faults of all of them.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    stage("reading and checking");
     let limits = arguments.reading.limits()?;
     let mut bad: Vec<Problems> = Vec::new();
     for scene in &arguments.scenes {
         match Case::load_within(scene, &[], limits) {
             Ok(case) => {
-                print(&format!("{scene}: ok, {}", visible(&case.scene().title, false)))?;
+                say(&format!("{scene}: ok, {}", visible(&case.scene().title, false)))?;
                 for warning in warnings::before(&case) {
-                    tell(&format!("warning: {scene}: {warning}"));
+                    remark(&format!("warning: {scene}: {warning}"));
                 }
             }
             Err(problems) => bad.push(problems),

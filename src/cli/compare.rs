@@ -12,8 +12,9 @@ use tumblenet::study::{ensemble, settle};
 
 use super::members::Kept;
 use super::reading::Reading;
-use super::run::{Until, duration, progress_bar};
-use super::{Error, Format, interrupt, json, print};
+use super::run::{Until, duration};
+use super::terminal::{Progress, stage};
+use super::{Error, Format, interrupt, json, print, say};
 
 /// Arguments of `compare`.
 #[derive(Args)]
@@ -71,6 +72,7 @@ fn at_least_zero(text: &str) -> Result<f64, String> {
 
 /// Runs the variants and writes the comparison.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    stage("reading and checking");
     let limits = arguments.reading.limits()?;
     let mut sources = Vec::new();
     for scene in &arguments.scenes {
@@ -112,7 +114,9 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         "finished members are kept in {}; the same command goes on from them",
         out.display()
     ));
+    stage("running");
     let members = members(name, &variants, &request, &out)?;
+    stage("comparing and writing");
     let mut comparison = Comparison::of(&title, &variants, &request, &members);
     for variant in &mut comparison.variants {
         // A variant of several scenes is named after its scene.
@@ -125,8 +129,8 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     match arguments.format {
         Format::Json => print(&json(&comparison))?,
         Format::Text => {
-            print(&report::text(&comparison))?;
-            print(&format!("Results: {}", out.join("compare.html").display()))?;
+            say(&report::text(&comparison))?;
+            say(&format!("Results: {}", out.join("compare.html").display()))?;
         }
     }
     all_finished(&comparison)
@@ -155,15 +159,15 @@ fn members(
         })
         .map(|members: Vec<TrackMember>| members.into_iter().filter(fair).collect())
         .collect();
-    let bar = progress_bar((request.ensemble.members * kept.iter().flatten().count()) as u64, name);
-    bar.set_position(known.iter().map(Vec::len).sum::<usize>() as u64);
+    let bar = Progress::new((request.ensemble.members * kept.iter().flatten().count()) as u64, name);
+    bar.set(known.iter().map(Vec::len).sum::<usize>() as u64);
     let members = compare::run(variants, request, known, |variant, member| {
         if let Some(kept) = &kept[variant] {
             kept.keep(member.member, member);
         }
-        bar.inc(1);
+        bar.one_more();
     });
-    bar.finish_and_clear();
+    drop(bar);
     for kept in kept.into_iter().flatten() {
         kept.finish()?;
     }

@@ -18,8 +18,9 @@ use tumblenet::study::ensemble;
 
 use super::members::{Kept, MOST_KEPT};
 use super::reading::{Reading, time};
-use super::run::{duration, progress_bar};
-use super::{Error, Format, json, print};
+use super::run::duration;
+use super::terminal::{Progress, stage};
+use super::{Error, Format, json, print, say};
 
 /// Arguments of `cost`.
 #[derive(Args)]
@@ -85,6 +86,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         let studies = arguments.collect.iter().map(|file| read(file)).collect::<Result<Vec<Study>, _>>()?;
         return print(&json(&Table::of(&studies)));
     };
+    stage("reading and checking");
     let mut source = Source::find_within(scene, arguments.reading.limits()?)?;
     source.change(&arguments.changes)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("cost"));
@@ -93,19 +95,21 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     files::make_folder(&out)?;
     let request = StudyRequest { budget_s: arguments.budget, seed: arguments.seed, at_s: arguments.at };
     let folder = Folder { out: &out, seed: arguments.seed, unwritten: Mutex::new(None) };
-    let bar = progress_bar(1000, &source.name);
+    stage("measuring");
+    let bar = Progress::new(1000, &source.name);
     let study = cost::run(&source, &request, &folder, |what, share| {
-        bar.set_message(format!("{}: {what}", source.name));
-        bar.set_position((1000.0 * share.min(1.0)) as u64);
+        bar.name(format!("{}: {what}", source.name));
+        bar.set((1000.0 * share.min(1.0)) as u64);
     })?;
-    bar.finish_and_clear();
+    drop(bar);
+    stage("writing");
     folder.finish()?;
     report::write(&out, &study)?;
     match arguments.format {
         Format::Json => print(&json(&study)),
         Format::Text => {
-            print(&report::text(&study))?;
-            print(&format!("Results: {}", out.join("cost.html").display()))
+            say(&report::text(&study))?;
+            say(&format!("Results: {}", out.join("cost.html").display()))
         }
     }
 }

@@ -5,11 +5,14 @@ mod compare;
 mod cost;
 mod interrupt;
 mod list;
+mod manual;
 mod members;
+mod new;
 mod reading;
 mod run;
 mod show;
 mod stress;
+mod terminal;
 
 use std::process::ExitCode;
 
@@ -18,19 +21,38 @@ use tumblenet::failure::Failure;
 use tumblenet::problems::{Problems, visible};
 use tumblenet::report::files::WriteError;
 
+/// Where to begin.
+const FIRST_STEPS: &str = "\
+Without a command the default scene runs: a tumbling
+Cubesat, caught and held.
+
+First steps:
+  tumblenet               the default scene, where to look
+  tumblenet list          what is built in
+  tumblenet new my.json   a scene of your own to begin with
+  tumblenet run my.json   runs it; then open, in a browser,
+                          results/my/replay.html
+  tumblenet run --help    everything that a run takes
+";
+
+const GLOSSARY: &str = include_str!("glossary.txt");
+
 /// Tether-net capture of tumbling space debris, on the Rapier rigid-body engine.
-///
-/// Without a command, runs the built-in default scene.
 #[derive(Parser)]
-#[command(version, about, long_about = None)]
+#[command(version, about, after_help = FIRST_STEPS, after_long_help = format!("{FIRST_STEPS}\n{GLOSSARY}"))]
 struct Program {
+    #[command(flatten)]
+    common: terminal::Common,
     #[command(subcommand)]
     command: Option<Command>,
 }
 
 #[derive(Subcommand)]
 enum Command {
+    /// Writes a scene of your own to begin with, with notes.
+    New(new::Arguments),
     /// Runs one scene, or an ensemble of it.
+    #[command(after_long_help = GLOSSARY)]
     Run(run::Arguments),
     /// Runs one scene in several variants and sets them side by side.
     Compare(compare::Arguments),
@@ -46,6 +68,10 @@ enum Command {
     Show(show::Arguments),
     /// Prints the JSON Schema of scenes.
     Schema,
+    /// Prints completions of commands and options for a shell.
+    Completions(manual::Completions),
+    /// Prints the manual page.
+    Man,
 }
 
 /// How results are printed.
@@ -93,7 +119,19 @@ impl Error {
 pub fn main() -> ExitCode {
     let program = Program::parse();
     interrupt::listen();
-    let done = match program.command {
+    let done = program.common.take_effect().map_err(Error::from).and_then(|()| obey(program.command));
+    terminal::last_stage_ended();
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            tell(&format!("error: {error}"));
+            ExitCode::from(error.status())
+        }
+    }
+}
+
+fn obey(command: Option<Command>) -> Result<(), Error> {
+    match command {
         None => run::default_scene(),
         Some(Command::Run(arguments)) => run::main(&arguments),
         Some(Command::Compare(arguments)) => compare::main(&arguments),
@@ -102,15 +140,18 @@ pub fn main() -> ExitCode {
         Some(Command::Check(arguments)) => check::main(&arguments),
         Some(Command::List) => list::main(),
         Some(Command::Show(arguments)) => show::main(&arguments),
-        Some(Command::Schema) => print(&json(&tumblenet::read::schema::<tumblenet::scene::schema::Scene>())),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            tell(&format!("error: {error}"));
-            ExitCode::from(error.status())
+        Some(Command::New(arguments)) => new::main(&arguments),
+        Some(Command::Schema) => {
+            print(&json(&tumblenet::read::input_schema::<tumblenet::scene::schema::Scene>()))
         }
+        Some(Command::Completions(arguments)) => manual::completions(&arguments),
+        Some(Command::Man) => manual::page(),
     }
+}
+
+/// Prints `text` for a person, who may not want to see it.
+fn say(text: &str) -> Result<(), Error> {
+    if terminal::is_quiet() { Ok(()) } else { print(text) }
 }
 
 /// Prints `text` to standard output; a reader that has gone away (`| head`) is no error.

@@ -1,17 +1,15 @@
 //! `tumblenet run`: one scene, or an ensemble of it.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use clap::{ArgGroup, Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use tumblenet::case::Case;
 use tumblenet::limits::{Limit, Limits};
 use tumblenet::metrics::summary::Summary;
 use tumblenet::metrics::verdict::Verdict;
 use tumblenet::metrics::warnings;
 use tumblenet::problems::Problems;
-use tumblenet::report::{ensemble as report, results, table};
+use tumblenet::report::{ensemble as report, files, results, table};
 use tumblenet::scene::{self, Source};
 use tumblenet::study::cost::accuracy::{Accuracy, Table};
 use tumblenet::study::cost::advice;
@@ -20,7 +18,8 @@ use tumblenet::study::settle;
 
 use super::members::Kept;
 use super::reading::Reading;
-use super::{Error, Format, cost, interrupt, json, print, tell};
+use super::terminal::{self, Progress, remark, stage};
+use super::{Error, Format, cost, interrupt, json, print, say};
 
 /// Arguments of `run`.
 #[derive(Args)]
@@ -118,8 +117,8 @@ pub fn default_scene() -> Result<(), Error> {
     let case = Case::load(scene::DEFAULT, &[])?;
     let out = default_folder(&case);
     let summary = one(&case, None, &out)?;
-    print(&table::summary(&summary))?;
-    print(&format!(
+    say(&table::summary(&summary))?;
+    say(&format!(
         "\nLook at it: open {} in a browser.\nMore scenes: `tumblenet list`; another run: `tumblenet run NAME`.",
         out.join("replay.html").display()
     ))?;
@@ -128,6 +127,7 @@ pub fn default_scene() -> Result<(), Error> {
 
 /// Runs the scene of the arguments.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    stage("reading and checking");
     let limits = arguments.reading.limits()?;
     let case = match arguments.accuracy {
         None => Case::load_changed(&arguments.scene, &arguments.changes, limits)?,
@@ -142,7 +142,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         at_most_s: at_most,
     };
     for warning in warnings::before(&case) {
-        tell(&format!("warning: {warning}"));
+        remark(&format!("warning: {warning}"));
     }
     if let Some(members) = arguments.ensemble {
         if limits.exceeded(Limit::Members, f64::from(members)) {
@@ -162,14 +162,15 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
             (case, out)
         }
     };
+    files::settle(&out);
     let earlier = out.join("summary.json").exists();
     let summary = one(&case, at_most, &out)?;
     match arguments.format {
         Format::Json => print(&json(&summary))?,
         Format::Text => {
-            print(&table::summary(&summary))?;
+            say(&table::summary(&summary))?;
             let instead = if earlier { ", in place of an earlier run's" } else { "" };
-            print(&format!("Results: {}{instead}", out.display()))?;
+            say(&format!("Results: {}{instead}", out.display()))?;
         }
     }
     met(&case, &summary)
@@ -181,7 +182,9 @@ fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accu
     let mut source = Source::find_within(scene, limits)?;
     source.change(changes)?;
     let case = Case::build(&source)?;
-    let studied = default_folder(&case).join("cost").join("cost.json");
+    let studies = default_folder(&case).join("cost");
+    files::settle(&studies);
+    let studied = studies.join("cost.json");
     let own = studied.exists().then(|| cost::read(&studied)).transpose();
     // A study of another version, or of the scene before it was changed, says nothing.
     let own = own.ok().flatten().filter(|study| study.scene_hash == case.hash());
@@ -199,7 +202,7 @@ fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accu
         problems.add("", wanted, format!("at least {}, {rule}", advice::length(finest)));
         problems
     })?;
-    tell(&format!("accuracy: {}", found.words));
+    remark(&format!("accuracy: {}", found.words));
     // The user's own word last: what is set by hand stays.
     source.set(&found.changes)?;
     source.set(changes)?;
@@ -230,11 +233,14 @@ fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> 
     // Before the run, not after: an unwritable folder should cost no run.
     results::make_place(out)?;
     interrupt::leaves("nothing of this run was written");
-    let bar = progress_bar(1000, case.name());
-    let progress = |share| bar.set_position((1000.0 * share) as u64);
-    let (run, curves) = settle::run(case, at_most, progress)?;
-    bar.finish_and_clear();
+    stage("running");
+    let bar = Progress::new(1000, case.name());
+    let (run, curves) = settle::run(case, at_most, |share| bar.set((1000.0 * share) as u64))?;
+    drop(bar);
     let summary = Summary::of(case, &run, &curves);
+    terminal::last_stage_ended();
+    tell_shares(&summary);
+    stage("writing");
     results::write(out, case, &run, &curves, &summary)?;
     interrupt::leaves(format!("the results are in {}", out.display()));
     if let Some(time) = run.first_not_finite() {
@@ -244,6 +250,15 @@ fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> 
         )));
     }
     summary.sound().map_err(|why| Error::Expectation(format!("{}: {why}", case.name())))
+}
+
+/// What of the time of a run was spent on what, for who wants to hear it.
+fn tell_shares(summary: &Summary) {
+    if terminal::is_verbose() {
+        for (name, share) in &summary.time_shares {
+            remark(&format!("  of running, {name}: {:.3} s", share * summary.wall_s));
+        }
+    }
 }
 
 /// Whether the summary is what the scene expects.
@@ -265,13 +280,15 @@ fn many(case: &Case, request: &EnsembleRequest, out: &Path, arguments: &Argument
     let place = out.display();
     interrupt::leaves(format!("finished members are kept in {place}; the same command goes on from them"));
     let known: Vec<Member> = kept.known(request.members, |member: &Member| member.member);
-    let bar = progress_bar(request.members as u64, case.name());
-    bar.set_position(known.len() as u64);
+    stage("running the members");
+    let bar = Progress::new(request.members as u64, case.name());
+    bar.set(known.len() as u64);
     let members = ensemble::run(case, request, known, |member| {
         kept.keep(member.member, member);
-        bar.inc(1);
+        bar.one_more();
     });
-    bar.finish_and_clear();
+    drop(bar);
+    stage("writing");
     kept.finish()?;
     let ensemble = Ensemble::of(case, request, &members);
     if let Some(which) = arguments.replay {
@@ -281,8 +298,8 @@ fn many(case: &Case, request: &EnsembleRequest, out: &Path, arguments: &Argument
     match arguments.format {
         Format::Json => print(&json(&ensemble))?,
         Format::Text => {
-            print(&table::ensemble(&ensemble))?;
-            print(&format!("Results: {}", out.join("ensemble.html").display()))?;
+            say(&table::ensemble(&ensemble))?;
+            say(&format!("Results: {}", out.join("ensemble.html").display()))?;
         }
     }
     any_finished(&ensemble)
@@ -308,21 +325,11 @@ fn watch(
 ) -> Result<(), Error> {
     let found = ensemble.verdicts.iter().find(|ended| which.is(ended.verdict));
     let Some(ended) = found else {
-        tell(&format!("--replay: no member of this kind among {}", ensemble.verdicts.len()));
+        remark(&format!("--replay: no member of this kind among {}", ensemble.verdicts.len()));
         return Ok(());
     };
     let folder = watched(out, ended.member);
     one(&ensemble::perturbed(case, request, ended.member), request.at_most_s, &folder)?;
-    tell(&format!("member {}: {}", ended.member, folder.join("replay.html").display()));
+    remark(&format!("member {}: {}", ended.member, folder.join("replay.html").display()));
     Ok(())
-}
-
-/// Shown on a terminal, and nowhere else.
-pub(super) fn progress_bar(length: u64, name: &str) -> ProgressBar {
-    let bar = ProgressBar::new(length).with_message(name.to_owned());
-    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta} left") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use comfy_table::Table;
 use serde_json::Value;
 use tumblenet::case::Case;
 use tumblenet::limits;
-use tumblenet::report::table::{number, table};
+use tumblenet::report::files;
+use tumblenet::report::table::number;
+use tumblenet::report::text_table::TextTable;
 use tumblenet::simulation::Simulation;
 
 use super::members::MOST_KEPT;
@@ -42,7 +43,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     }
     let mut simulation = Simulation::new(&case);
     let census = simulation.census();
-    let mut facts = table(&["a run consists of", ""]);
+    let mut facts = TextTable::new(&["a run consists of", ""]);
     let mut fact = |name: &str, value: String| {
         facts.add_row(vec![name.to_owned(), value]);
     };
@@ -73,11 +74,17 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
 }
 
 /// A row an effect: what the engine gets for it, what else it installs, its share of a run's time.
-fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> Table {
+fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> TextTable {
     let with = simulation.census();
     let shares = time_shares(results, case);
-    let mut rows =
-        table(&["active effect", "bodies", "colliders", "joints", "installs", "share of the run's time"]);
+    let mut rows = TextTable::new(&[
+        "active effect",
+        "bodies",
+        "colliders",
+        "joints",
+        "installs",
+        "share of the run's time",
+    ]);
     for (name, installs) in simulation.effect_installs() {
         // Counted, not claimed: what the engine has less without it.
         let less = case.clone().with_scene(|scene| scene.effects = scene.effects.without(name));
@@ -108,6 +115,7 @@ fn folder(arguments: &Arguments, case: &Case) -> PathBuf {
 
 /// Shares of the wall time in the summary of a finished run of the same scene, if there is one.
 fn time_shares(results: &Path, case: &Case) -> Option<Value> {
+    files::settle(results);
     let text = limits::read_file(&results.join("summary.json"), MOST_KEPT).ok()?;
     let summary: Value = serde_json::from_slice(&text).ok()?;
     (summary["scene_hash"] == case.hash()).then(|| summary["time_shares"].clone())

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
-use tumblenet::problems::Problems;
+use tumblenet::problems::{Problems, nearest};
 use tumblenet::report::files::WriteError;
 use tumblenet::report::{files, stress as report};
 use tumblenet::study::ensemble::EnsembleRequest;
@@ -12,8 +12,8 @@ use tumblenet::study::stress::hard::StressCase;
 use tumblenet::study::stress::{self, Job, Stress, catalogue};
 
 use super::members::Kept;
-use super::run::progress_bar;
-use super::{Error, Format, interrupt, json, print};
+use super::terminal::{Progress, stage};
+use super::{Error, Format, interrupt, json, print, say};
 
 /// Arguments of `stress`.
 #[derive(Args)]
@@ -47,7 +47,8 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     // Before the runs, not after: an unwritable folder should cost no run.
     files::make_folder(&out)?;
 
-    let bar = progress_bar(stress::n_runs(&cases, &pairs) as u64, "stress");
+    stage("running");
+    let bar = Progress::new(stress::n_runs(&cases, &pairs) as u64, "stress");
     interrupt::leaves(format!(
         "finished runs are kept in {}; the same command goes on from them",
         out.display()
@@ -65,17 +66,18 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
             if let Err(error) = written {
                 unwritten.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             }
-            bar.inc(1);
+            bar.one_more();
         },
     );
-    bar.finish_and_clear();
+    drop(bar);
+    stage("writing");
     unwritten.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)?;
     report::write(&out, &stress)?;
     match arguments.format {
         Format::Json => print(&json(&stress))?,
         Format::Text => {
-            print(&report::text(&stress))?;
-            print(&format!("Results: {}", out.join("stress.csv").display()))?;
+            say(&report::text(&stress))?;
+            say(&format!("Results: {}", out.join("stress.csv").display()))?;
         }
     }
     all_held(&stress)
@@ -95,7 +97,12 @@ fn cases(named: &[String], problems: &mut Problems) -> Vec<StressCase> {
     for name in named {
         if name.is_empty() || !all.iter().any(|case| begins(case, name)) {
             let names: Vec<&str> = all.iter().map(|case| case.name).collect();
-            problems.add("CASE", name, names.join(", "));
+            let meant = nearest(name, names.iter().copied());
+            let allowed = meant.map_or_else(
+                || names.join(", "),
+                |meant| format!("did you mean {meant}? (`tumblenet stress --list` names all)"),
+            );
+            problems.add("CASE", name, allowed);
         }
     }
     all.into_iter().filter(|case| named.is_empty() || named.iter().any(|name| begins(case, name))).collect()

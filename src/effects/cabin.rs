@@ -91,7 +91,7 @@ impl Parameters for Cabin {
                 .read(name, Limit::Text, &place, problems)
                 .and_then(|(bytes, _)| profile::read(&bytes, &place, problems))
         } else {
-            let allowed = format!("{}, or the path of a CSV file (.csv)", Kind::Cabin.choices());
+            let allowed = format!("{}, or the path of a CSV file (.csv)", Kind::Cabin.instead_of(name));
             problems.add(place, format!("{name:?}"), allowed);
             None
         };

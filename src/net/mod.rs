@@ -284,7 +284,7 @@ fn material(choice: &MaterialChoice, place: &str, problems: &mut Problems) -> Op
                 read::typed(&value, place, problems)
             }
             None => {
-                let choices = Kind::Material.choices();
+                let choices = Kind::Material.instead_of(name);
                 problems.add(place, format!("\"{name}\""), format!("{choices}, or an object of numbers"));
                 None
             }

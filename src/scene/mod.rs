@@ -17,6 +17,7 @@ use crate::json;
 use crate::limits::{self, Limit, Limits, Unread};
 use crate::problems::{Problems, visible};
 use crate::read;
+use crate::spelling;
 use schema::Scene;
 
 /// The scene that runs when no other is named.
@@ -109,19 +110,33 @@ impl Source {
         problems.into_result(Some(()))
     }
 
-    /// Writes out the default of a list that is left out and whose entry `path` is to change.
+    /// Writes out the default of a list that is left out and whose entry `path` is to change, and what stands there
+    /// in another way of writing in that of `path`, which replaces it.
     fn fill_in(&mut self, path: &str) {
-        let Some((list, entry)) = path.rsplit_once('.') else { return };
-        if entry.parse::<usize>().is_err() || list.split('.').count() > MOST_LEVELS {
+        if path.split('.').count() > MOST_LEVELS {
             return;
         }
-        let pointer = format!("/{}", list.replace('.', "/"));
-        if self.json.pointer(&pointer).is_some() {
+        let (list, is_entry) = match path.rsplit_once('.') {
+            Some((list, entry)) if entry.parse::<usize>().is_ok() => (list, true),
+            _ => (path, false),
+        };
+        let (above, key) = list.rsplit_once('.').unwrap_or(("", list));
+        let pointer = |path: &str| match path {
+            "" => String::new(),
+            _ => format!("/{}", path.replace('.', "/")),
+        };
+        if let Some(map) = self.json.pointer_mut(&pointer(above)).and_then(Value::as_object_mut) {
+            spelling::respell(map, key);
+        }
+        if !is_entry || self.json.pointer(&pointer(list)).is_some() {
             return;
         }
         let scene: Option<Scene> = read::typed(&self.json, "", &mut Problems::new(&self.input));
         let filled = scene.and_then(|scene| serde_json::to_value(scene).ok());
-        if let Some(default) = filled.as_ref().and_then(|filled| filled.pointer(&pointer)) {
+        let mut section = filled.and_then(|filled| filled.pointer(&pointer(above)).cloned());
+        let Some(map) = section.as_mut().and_then(Value::as_object_mut) else { return };
+        spelling::respell(map, key);
+        if let Some(default) = map.get(key) {
             // A path that leads nowhere is told when it is set.
             set_at(&mut self.json, list, default.clone()).ok();
         }
@@ -155,7 +170,9 @@ fn name_of(path: &Path) -> String {
 }
 
 fn read_text(path: &Path, limits: &Limits, problems: &mut Problems) -> Option<String> {
-    let known = || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.choices());
+    let name = path.to_string_lossy();
+    let known =
+        || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.instead_of(&name));
     match limits::read_file(path, limits.of(Limit::Text)).map(String::from_utf8) {
         Ok(Ok(text)) => return Some(text),
         Ok(Err(error)) => problems.add("", format!("no UTF-8 text ({error})"), "JSON in UTF-8"),
@@ -243,6 +260,19 @@ mod tests {
         assert!(source.json.get("expect").is_none());
         source.change(&["target.mass_kg=6".to_owned(), "expect.captured=false".to_owned()]).unwrap();
         assert_eq!(source.json["expect"], json!({ "captured": false }));
+    }
+
+    #[test]
+    fn what_is_set_in_degrees_replaces_what_stands_there_in_radians() {
+        let mut source = Source::find("cubesat-spin-x-2.0").unwrap();
+        source.set(&["target.spin_deg_s.1=90".to_owned()]).unwrap();
+        assert_eq!(source.json["target"]["spin_deg_s"], json!([2f64.to_degrees(), 90, 0.0]));
+        assert!(source.json["target"].get("spin_rad_s").is_none());
+        source.set(&["target.spin_rad_s=[1,0,0]".to_owned()]).unwrap();
+        assert!(source.json["target"].get("spin_deg_s").is_none());
+        source.json["target"].as_object_mut().unwrap().remove("spin_rad_s");
+        source.set(&["target.spin_deg_s.2=5".to_owned()]).unwrap();
+        assert_eq!(source.json["target"]["spin_deg_s"], json!([0.0, 0.0, 5]));
     }
 
     #[test]

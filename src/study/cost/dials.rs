@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::case::Case;
+use crate::effects::Effects;
 use crate::problems::Problems;
 use crate::read;
 use crate::scene::Source;
@@ -240,7 +241,8 @@ fn models(dials: &mut Dials<'_>, source: &Source, base: &Case) {
         );
     }
     let named = source.json.get("effects").and_then(Value::as_object);
-    for effect in named.into_iter().flat_map(|effects| effects.keys()) {
+    let named = named.into_iter().flat_map(|effects| effects.keys());
+    for effect in named.filter(|key| Effects::NAMES.contains(&key.as_str())) {
         let changes = [format!("effects.{effect}=null")];
         dials.add(DialKind::Model, "effects", format!("without {effect}"), None, &changes);
     }
