@@ -258,7 +258,7 @@ fn demands<'a>(scene: &'a Scene, net: &'a Net, target: Option<&'a Target>) -> De
         target,
         launch_speed: scene.launch.speed_m_s,
         sample: scene.output.sample_s.0.min(scene.duration_s.0),
-        has_constraints: scene.effects.options().has_constraints,
+        options: scene.effects.options(),
     }
 }
 

@@ -25,6 +25,10 @@ pub struct BuildOptions {
     pub free_chaser: bool,
     /// Whether something holds knots within a step: threads, which bring them close together.
     pub has_constraints: bool,
+    /// Largest force of theirs on a knot [N].
+    pub pull: f64,
+    /// Largest acceleration of a field that the target is held against [m/s^2].
+    pub gravity: f64,
 }
 
 /// What is simulated, and how.

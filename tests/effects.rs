@@ -353,7 +353,7 @@ impl Stage {
         effect.start_of_step(&before);
         let mut touched = vec![false; self.case.net().n_knots()];
         effect.solve_constraints(&mut state.knots, step, &mut touched);
-        effect.solve_contacts(&mut state.knots, &mut state.target, step, &mut touched);
+        effect.solve_contacts(&mut state.knots, &[], &mut state.target, step, &mut touched);
         let knots = &mut state.knots;
         for (knot, position) in knots.position.iter_mut().enumerate() {
             knots.velocity[knot] += step / self.case.net().mass[knot] * forces[knot];

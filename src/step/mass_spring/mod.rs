@@ -28,16 +28,18 @@ pub struct Explicit;
 impl Method for Explicit {
     fn limits(&self, demands: &Demands<'_>) -> StepLimits {
         let stable = stable_step(demands.net).min(demands.stable_contact_step());
-        let takes_turns = demands.has_contact_force() || demands.has_constraints;
+        let takes_turns = demands.has_contact_force() || demands.options.has_constraints;
         let safe = if takes_turns { RESOLVES } else { SAFE } * stable;
-        let substep = demands.solver.step_s.map_or(safe, |step| step.0);
+        let own = safe.min(demands.pulled_step()).min(demands.throwing_step());
+        let substep = demands.solver.step_s.map_or(own, |step| step.0);
         // Contacts are found once a step: no knot may come from beyond the margin within it, nor
         // one at twice the speed after a snap.
         // Without a target there is nothing to find: a tenth of the steps sufficed for Table 3.2.
         let found = demands.target.map_or(f64::INFINITY, |_| {
             0.5 * demands.contact_margin() / demands.fastest().max(f64::MIN_POSITIVE)
         });
-        let step = JOINTS_STEP.min(demands.sample).min(demands.thin_step()).min(found).max(substep);
+        let found = found.min(demands.thin_step()).min(demands.pulled_step());
+        let step = JOINTS_STEP.min(demands.sample).min(found).max(substep);
         let chosen = TimeStep { step, substeps: (step / substep).ceil().max(1.0) as u32 };
         StepLimits { stable, safe, chosen }
     }
@@ -71,6 +73,7 @@ impl Method for Explicit {
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
         Box::new(MassSpring {
             contacts: ContactManager::new(context.contact_settings().as_ref()),
+            bounces: context.solver.restitution > 0.0,
             ..MassSpring::new(context, context.time_step)
         })
     }
@@ -84,6 +87,10 @@ pub struct MassSpring {
     /// Knots that effects may change in this step, and whether one changed their velocity in this sub-step.
     reached: Vec<usize>,
     touched: Vec<bool>,
+    /// Velocities before the cables pulled in this sub-step [m/s]; kept where contacts bounce.
+    unkicked: Vec<Vector3<f64>>,
+    /// Whether contacts with the target bounce.
+    bounces: bool,
     substep: f64,
     n_substeps: u32,
     cuts: Cuts,
@@ -105,6 +112,8 @@ impl MassSpring {
             contacts: ContactManager::Absent,
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
+            unkicked: Vec::new(),
+            bounces: false,
             substep: time_step.step / f64::from(time_step.substeps),
             n_substeps: time_step.substeps,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
@@ -120,7 +129,8 @@ impl MassSpring {
             with.solve_constraints(&mut state.knots, self.substep, &mut self.touched);
         }
         if with.touch() {
-            with.solve_contacts(&mut state.knots, &mut state.target, self.substep, &mut self.touched);
+            let State { knots, target, .. } = state;
+            with.solve_contacts(knots, &self.unkicked, target, self.substep, &mut self.touched);
         }
         for &knot in &self.reached {
             if std::mem::take(&mut self.touched[knot]) {
@@ -154,13 +164,19 @@ impl Stepper for MassSpring {
         // One more than may be: those end it.
         let tried = self.net.tried();
         self.net.allow(self.cuts.begin().saturating_add(1));
+        let bounces = self.bounces || with.bounce();
         for _ in 0..self.n_substeps {
+            if bounces {
+                self.unkicked.clear();
+                self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
+            }
             self.net.kick(self.substep);
             if !self.reached.is_empty() {
                 self.interact(state, with);
             }
             if let Some(body) = &mut state.target {
-                self.contacts.solve(&mut self.net, body, self.substep);
+                let mut net = Kicked { net: &mut self.net, before: &self.unkicked };
+                self.contacts.solve(&mut net, body, self.substep);
                 if let Some(motion) = &self.motion {
                     motion.drift(body, self.substep);
                 }
@@ -186,20 +202,30 @@ impl Stepper for MassSpring {
     }
 }
 
-impl NetMotion for ExplicitNet {
+/// The net after its cables pulled within a sub-step, and what it was before; empty where nothing bounces.
+struct Kicked<'a> {
+    net: &'a mut ExplicitNet,
+    before: &'a [Vector3<f64>],
+}
+
+impl NetMotion for Kicked<'_> {
     fn position(&self, knot: usize) -> Vector3<f64> {
-        ExplicitNet::position(self, knot)
+        self.net.position(knot)
     }
 
     fn velocity(&self, knot: usize) -> Vector3<f64> {
-        ExplicitNet::velocity(self, knot)
+        self.net.velocity(knot)
+    }
+
+    fn velocity_before(&self, knot: usize) -> Vector3<f64> {
+        self.before.get(knot).copied().unwrap_or_else(|| self.net.velocity(knot))
     }
 
     fn inverse_mass(&self, knot: usize) -> f64 {
-        ExplicitNet::inverse_mass(self, knot)
+        self.net.inverse_mass(knot)
     }
 
     fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
-        ExplicitNet::push(self, knot, &(weight * impulse));
+        self.net.push(knot, &(weight * impulse));
     }
 }
