@@ -146,7 +146,9 @@ impl Source {
     /// where not all can.
     pub fn scene(&self, problems: &mut Problems, check: impl FnOnce(Scene, &mut Problems)) -> Option<Scene> {
         let scene = read::typed(&self.json, "", problems);
+        // More would not be kept.
         if scene.is_none()
+            && !problems.is_full()
             && let Some(repaired) = repair::repaired(&self.json, &problems.list)
         {
             let mut meant = Problems::new(&self.input);
