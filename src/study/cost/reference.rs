@@ -1,6 +1,6 @@
 //! What the errors are measured against: the free flight of the net, known far better than any run.
 //!
-//! Two integrators that share no code, several runs each: the [`located`] one, which locates every cable
+//! Two integrators that share no code, several runs each: the `located` one, which locates every cable
 //! that goes taut or slack, with two tolerances; and the symplectic net with a step far below its
 //! limit. Further runs of both start a nanometre aside. A net that opens is chaotic: its inner knots
 //! forget their start within tenths of a second, and from then on no run, however fine, has a
