@@ -183,7 +183,8 @@ impl Net {
                 problems.add(&*place, ends, format!("two different knots below {n}"));
             }
             let sizes = [cable.rest_length, cable.stiffness, cable.reduced_mass];
-            if !sizes.into_iter().all(is_above_zero) || !(cable.damping.is_finite() && cable.damping >= 0.0) {
+            let is_damped = cable.damping.is_finite() && cable.damping >= 0.0;
+            if !(sizes.into_iter().all(is_above_zero) && is_damped) {
                 problems.add(
                     place,
                     format!("{cable:?}"),

@@ -178,7 +178,6 @@ pub enum Error {
 ///
 /// # Errors
 /// Faults of the scene, or a run of it as written that fails.
-#[expect(clippy::too_many_lines, reason = "the stages of a study in their order, each with its share")]
 pub fn run(
     source: &Source,
     request: &StudyRequest,
