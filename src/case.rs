@@ -116,6 +116,7 @@ impl Case {
                 Some(built) => built,
                 None => None,
             };
+            scene.solver.integrator = stability::integrator(scene.solver.integrator, &net);
             let demands = demands(&scene, &net, target.as_ref());
             let limits_of_step = step::method(&scene.solver).limits(&demands);
             let time_step = limits_of_step.chosen;

@@ -29,6 +29,8 @@ pub struct BuildOptions {
     pub pull: f64,
     /// Largest acceleration of a field that the target is held against [m/s^2].
     pub gravity: f64,
+    /// Whether a field kicks all that moves at both ends of a step.
+    pub has_fields: bool,
 }
 
 /// What is simulated, and how.

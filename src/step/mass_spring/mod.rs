@@ -20,7 +20,7 @@ use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
 use kernel::ExplicitNet;
-use stability::{RESOLVES, SAFE, stable_step};
+use stability::{RESOLVES, SAFE, parts_in_contact, stable_step};
 
 /// Cables as an explicit net.
 pub struct Explicit;
@@ -29,7 +29,10 @@ impl Method for Explicit {
     fn limits(&self, demands: &Demands<'_>) -> StepLimits {
         let stable = stable_step(demands.net).min(demands.stable_contact_step());
         let takes_turns = demands.has_contact_force() || demands.options.has_constraints;
-        let safe = if takes_turns { RESOLVES } else { SAFE } * stable;
+        // A field errs by (Ω h)² of what it does to taut cables: a ring at 5 rad/s that might take 4 ms loses 12 % of its
+        // angular momentum in 6 s with that, 0.02 % with 0.5 ms.
+        let of_fields = if demands.options.has_fields { JOINTS_STEP } else { f64::INFINITY };
+        let safe = (if takes_turns { RESOLVES } else { SAFE } * stable).min(of_fields);
         let own = safe.min(demands.pulled_step()).min(demands.throwing_step());
         let substep = demands.solver.step_s.map_or(own, |step| step.0);
         // Contacts are found once a step: no knot may come from beyond the margin within it, nor
@@ -63,7 +66,7 @@ impl Method for Explicit {
         let evaluations = match solver.integrator {
             // Two passes over the cables for one.
             Integrator::Secant => 2.0,
-            Integrator::Symplectic => 1.0,
+            Integrator::Symplectic | Integrator::Auto => 1.0,
             Integrator::Rk4 => 5.0,
             Integrator::Located => 50.0,
         };
@@ -93,6 +96,8 @@ pub struct MassSpring {
     bounces: bool,
     substep: f64,
     n_substeps: u32,
+    /// Into how many these are cut when a contact ends the flight.
+    parts_in_contact: u32,
     cuts: Cuts,
 }
 
@@ -106,15 +111,17 @@ impl MassSpring {
 
     fn new(context: &BuildContext<'_>, time_step: TimeStep) -> MassSpring {
         let BuildContext { net, target, solver, .. } = *context;
+        let substep = time_step.step / f64::from(time_step.substeps);
         MassSpring {
             net: ExplicitNet::new(net, solver.integrator, solver.tolerance_m.0),
+            parts_in_contact: parts_in_contact(solver.integrator, net, substep),
             motion: target.map(RigidMotion::of),
             contacts: ContactManager::Absent,
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
             unkicked: Vec::new(),
             bounces: false,
-            substep: time_step.step / f64::from(time_step.substeps),
+            substep,
             n_substeps: time_step.substeps,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
         }
@@ -149,6 +156,11 @@ impl Stepper for MassSpring {
         work: &mut Work,
     ) -> Result<StepReport, Failure> {
         let mut clock = Clock::start();
+        if self.parts_in_contact > 1 && self.net.lags() {
+            let parts = std::mem::replace(&mut self.parts_in_contact, 1);
+            self.substep /= f64::from(parts);
+            self.n_substeps *= parts;
+        }
         let step = self.substep * f64::from(self.n_substeps);
         self.contacts.begin(state);
         self.contacts.update(state, step);
@@ -165,12 +177,15 @@ impl Stepper for MassSpring {
         let tried = self.net.tried();
         self.net.allow(self.cuts.begin().saturating_add(1));
         let bounces = self.bounces || with.bounce();
-        for _ in 0..self.n_substeps {
+        // Semi-implicit Euler's velocities are those of half a sub-step before. A field that turns what moves would
+        // turn the wrong ones: with it they are brought to the time of the positions at both ends of the step.
+        let in_time = with.kick() && self.net.lags();
+        for substep in 0..self.n_substeps {
             if bounces {
                 self.unkicked.clear();
                 self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
             }
-            self.net.kick(self.substep);
+            self.net.kick(if in_time && substep == 0 { 0.5 * self.substep } else { self.substep });
             if !self.reached.is_empty() {
                 self.interact(state, with);
             }
@@ -182,6 +197,9 @@ impl Stepper for MassSpring {
                 }
             }
             self.net.drift(self.substep);
+        }
+        if in_time {
+            self.net.kick(0.5 * self.substep);
         }
         self.net.store(&mut state.knots);
         self.net.take_tension(&mut state.tension);
