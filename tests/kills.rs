@@ -226,7 +226,7 @@ fn kills(command: &Killed, n: usize, seed: u64) -> Counts {
 
 #[test]
 fn a_kill_at_any_moment_leaves_no_half_file_and_no_mixed_set() {
-    let n: usize = std::env::var("KILLS").map_or(10, |text| text.parse().unwrap());
+    let n: usize = std::env::var("KILLS").map_or(5, |text| text.parse().unwrap());
     for (number, command) in COMMANDS.iter().enumerate() {
         let counts = kills(command, n / COMMANDS.len(), number as u64);
         println!("{}: {counts:?}", command.arguments.join(" "));

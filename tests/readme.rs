@@ -51,7 +51,8 @@ fn commands(text: &str) -> Vec<Vec<String>> {
     }
     let of_program = found.into_iter().filter_map(|code| code.trim().strip_prefix("tumblenet "));
     // What may be left out stands in brackets, what is meant by a word in capitals is the reader's.
-    of_program.map(|code| words(&code.replace(['[', ']'], " "))).collect()
+    let own = of_program.map(|code| code.split(" > ").next().unwrap_or_default());
+    own.map(|code| words(&code.replace(['[', ']'], " "))).collect()
 }
 
 /// The program knows the command and every option of it. Values are read, nothing is run: the help comes first.

@@ -103,8 +103,9 @@ impl Parameters for Cabin {
     }
 
     fn ask(&self, options: &mut BuildOptions) {
-        options.has_fields = true;
         let profile::CabinMotion { constant, rows, .. } = self.motion();
+        // A cabin at rest without gravity is as good as none.
+        options.has_fields |= !rows.is_empty() || constant != Values::default();
         let of_row = |row: &ProfileRow| {
             Vector3::new(row.gravity_x_m_s2, row.gravity_y_m_s2, row.gravity_z_m_s2).norm()
         };

@@ -22,7 +22,7 @@ use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::state::{Body, Contact, EffectWork, Knots, State};
 
 /// Contact of cables has no parameters of its own.
@@ -31,6 +31,10 @@ use crate::state::{Body, Contact, EffectWork, Knots, State};
 pub struct CableContact {}
 
 impl Parameters for CableContact {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.has_contact_laws = true;
+    }
+
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let contacts = context.contact_settings().map(|settings| settings.of_cables());
         let about = match contacts {

@@ -222,7 +222,8 @@ impl Net {
         }
         for (name, vectors) in [("folded", &self.folded), ("launch_velocity", &self.launch_velocity)] {
             if let Some(knot) = vectors.iter().position(|vector| !vector.iter().all(|x| x.is_finite())) {
-                problems.add(format!("net.{name}[{knot}]"), vectors[knot], "numbers");
+                let found = format!("{:?}", vectors[knot].as_slice());
+                problems.add(format!("net.{name}[{knot}]"), found, "numbers");
             }
         }
         let corners = self.bullets.iter().chain(&self.perimeter);
