@@ -123,8 +123,7 @@ impl LengthCommand {
         } else {
             impulse + (length - self.length_most) / (step * weight) // the reels stand
         };
-        // Not `clamp`: where a method fails the bounds may be no numbers, and the end of the step says so.
-        wanted.max(self.impulse_least).min(self.impulse_most)
+        wanted.clamp(self.impulse_least, self.impulse_most)
     }
 }
 
