@@ -3,27 +3,10 @@
 mod common;
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
+use common::program::{command, err, out, tumblenet, with_scene, write_scene};
 use serde_json::{Value, json};
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tumblenet"));
-    command.args(arguments).current_dir(folder).env_remove("COLUMNS");
-    command
-}
-
-fn tumblenet(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().expect("the program starts")
-}
-
-fn out(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn err(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
 
 /// What a command that succeeds prints.
 fn printed(folder: &Path, arguments: &[&str]) -> String {
@@ -37,23 +20,6 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = tumblenet(folder, arguments);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", err(&output));
     err(&output)
-}
-
-/// A folder with `scene.json`: a net of 3 x 3 meshes around a box, changed by `change`.
-fn with_scene(change: impl FnOnce(&mut Value)) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    rewrite(folder.path(), change);
-    folder
-}
-
-fn rewrite(folder: &Path, change: impl FnOnce(&mut Value)) {
-    let mut scene = common::small_scene();
-    scene["duration_s"] = json!(0.3);
-    scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.11, 0.25, 0.15] }] },
-        "distance_m": 0.2, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
-    scene["capture"] = json!({ "hold_s": 0.1 });
-    change(&mut scene);
-    std::fs::write(folder.join("scene.json"), scene.to_string()).unwrap();
 }
 
 /// `RENEW=1 cargo test --test first_minutes` writes it anew, as `tumblenet schema` prints it.
@@ -121,14 +87,14 @@ fn notes_change_nothing_and_are_texts() {
         serde_json::from_str::<Value>(&text).unwrap()["scene_hash"].clone()
     };
     let plain = hash();
-    rewrite(folder.path(), |scene| {
+    write_scene(folder.path(), |scene| {
         scene["note"] = json!("why");
         scene["net"]["cable"]["note"] = json!(["two", "lines"]);
         scene["target"]["shape"]["parts"][0]["note"] = json!("a box");
         scene["solver"] = json!({ "note": "as it comes" });
     });
     assert_eq!(hash(), plain);
-    rewrite(folder.path(), |scene| scene["net"]["note"] = json!(3));
+    write_scene(folder.path(), |scene| scene["net"]["note"] = json!(3));
     assert!(
         refused(folder.path(), &["check", "scene.json"])
             .contains("net.note: found 3; allowed: a text or a list")
@@ -237,7 +203,7 @@ fn what_is_said_in_two_ways_is_a_fault() {
         assert!(told.contains(words), "{words} in {told}");
     }
     // A length is no matter of the schema.
-    rewrite(folder.path(), |scene| {
+    write_scene(folder.path(), |scene| {
         scene["target"]["shape"]["parts"][0]["attitude_wxyz"] = json!([1, 1, 0, 0]);
         scene["launch"]["angle_deg"] = json!(30);
     });

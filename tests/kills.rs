@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use common::program::{self, files};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -70,28 +71,10 @@ struct Counts {
 
 /// The scene: its title says which of the runs it is of, in every file of a set.
 fn write_scene(folder: &Path, title: &str) {
-    let mut scene = common::small_scene();
-    scene["title"] = json!(title);
-    scene["duration_s"] = json!(0.3);
-    scene["output"] = json!({ "sample_s": 0.005 });
-    scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.11, 0.25, 0.15] }] },
-        "distance_m": 0.2, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
-    scene["capture"] = json!({ "hold_s": 0.1 });
-    std::fs::write(folder.join("scene.json"), scene.to_string()).unwrap();
-}
-
-/// Names and bytes of all files below `folder`.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    let Ok(entries) = std::fs::read_dir(folder) else { return all };
-    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-        if path.is_dir() {
-            all.extend(files(&path));
-        } else if let Ok(bytes) = std::fs::read(&path) {
-            all.insert(path, bytes);
-        }
-    }
-    all
+    program::write_scene(folder, |scene| {
+        scene["title"] = json!(title);
+        scene["output"] = json!({ "sample_s": 0.005 });
+    });
 }
 
 fn name(path: &Path) -> String {

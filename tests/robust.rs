@@ -8,49 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
+use common::program::{command, err, files, tumblenet, with_scene};
 use serde_json::{Value, json};
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tumblenet"));
-    command.args(arguments).current_dir(folder);
-    command
-}
-
-fn tumblenet(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().expect("the program starts")
-}
-
-fn err(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// A folder with the small net of `scene.json` around a box, changed by `change`.
-fn with_scene(change: impl FnOnce(&mut Value)) -> tempfile::TempDir {
-    let mut scene = common::small_scene();
-    scene["duration_s"] = json!(0.3);
-    // Thicker than a mesh is wide: a run has nothing to warn of.
-    scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.11, 0.25, 0.15] }] },
-        "distance_m": 0.2, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
-    scene["capture"] = json!({ "hold_s": 0.1 });
-    change(&mut scene);
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
-    folder
-}
-
-/// Names and bytes of all files below `folder`.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    let Ok(entries) = std::fs::read_dir(folder) else { return all };
-    for path in entries.map(|entry| entry.unwrap().path()) {
-        if path.is_dir() {
-            all.extend(files(&path));
-        } else {
-            all.insert(path.clone(), std::fs::read(path).unwrap());
-        }
-    }
-    all
-}
 
 #[test]
 fn every_limit_is_told_with_its_name_and_can_be_changed() {

@@ -2,19 +2,12 @@
 
 mod common;
 
-use std::path::Path;
-use std::process::{Command, Output};
-
+use common::program::tumblenet;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::metrics::verdict::Verdict;
 use tumblenet::metrics::warnings;
 use tumblenet::study::settle;
-
-fn tumblenet(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tumblenet"));
-    command.args(arguments).current_dir(folder).output().expect("the program starts")
-}
 
 fn load(scene: &str, changes: &[&str]) -> Case {
     let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();

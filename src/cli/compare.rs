@@ -118,12 +118,9 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let members = members(name, &variants, &request, &out)?;
     stage("comparing and writing");
     let mut comparison = Comparison::of(&title, &variants, &request, &members);
-    for variant in &mut comparison.variants {
-        // A variant of several scenes is named after its scene.
-        let is_of = |source: &Source| variant.label.split(", ").next() == Some(source.name.as_str());
-        let scene = &arguments.scenes[sources.iter().position(is_of).unwrap_or(0)];
+    for (compared, variant) in comparison.variants.iter_mut().zip(&variants) {
         let changes = arguments.changes.iter().chain(&variant.changes);
-        variant.again = ensemble::again(scene, changes, &request.ensemble);
+        compared.again = ensemble::again(&arguments.scenes[variant.scene], changes, &request.ensemble);
     }
     report::write(&out, &comparison)?;
     match arguments.format {

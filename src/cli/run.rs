@@ -162,7 +162,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
             (case, out)
         }
     };
-    files::settle(&out);
+    files::recover(&out);
     let earlier = out.join("summary.json").exists();
     let summary = one(&case, at_most, &out)?;
     match arguments.format {
@@ -183,7 +183,7 @@ fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accu
     source.change(changes)?;
     let case = Case::build(&source)?;
     let studies = default_folder(&case).join("cost");
-    files::settle(&studies);
+    files::recover(&studies);
     let studied = studies.join("cost.json");
     let own = studied.exists().then(|| cost::read(&studied)).transpose();
     // A study of another version, or of the scene before it was changed, says nothing.

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::Value;
 use tumblenet::case::Case;
 use tumblenet::limits;
+use tumblenet::problems::Problems;
 use tumblenet::report::files;
 use tumblenet::report::table::number;
 use tumblenet::report::text_table::TextTable;
@@ -69,12 +70,12 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         fact("active effects", "none: no body, collider, joint or call of any".to_owned());
         return print(&format!("{}\n{facts}", json(case.scene())));
     }
-    let effects = effects(&case, &mut simulation, &folder(arguments, &case));
+    let effects = effects(&case, &mut simulation, &folder(arguments, &case))?;
     print(&format!("{}\n{facts}\n{effects}", json(case.scene())))
 }
 
 /// A row an effect: what the engine gets for it, what else it installs, its share of a run's time.
-fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> TextTable {
+fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> Result<TextTable, Problems> {
     let with = simulation.census();
     let shares = time_shares(results, case);
     let mut rows = TextTable::new(&[
@@ -87,8 +88,7 @@ fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> TextTabl
     ]);
     for (name, installs) in simulation.effect_installs() {
         // Counted, not claimed: what the engine has less without it.
-        let less = case.clone().with_scene(|scene| scene.effects = scene.effects.without(name));
-        let Ok(less) = less else { continue };
+        let less = case.clone().with_scene(|scene| scene.effects = scene.effects.without(name))?;
         let without = Simulation::new(&less).census();
         let share = match &shares {
             Some(shares) => {
@@ -105,7 +105,7 @@ fn effects(case: &Case, simulation: &mut Simulation, results: &Path) -> TextTabl
             share.unwrap_or_else(|| "known after `tumblenet run`".to_owned()),
         ]);
     }
-    rows
+    Ok(rows)
 }
 
 /// The folder of the results of `run`.
@@ -115,7 +115,7 @@ fn folder(arguments: &Arguments, case: &Case) -> PathBuf {
 
 /// Shares of the wall time in the summary of a finished run of the same scene, if there is one.
 fn time_shares(results: &Path, case: &Case) -> Option<Value> {
-    files::settle(results);
+    files::recover(results);
     let text = limits::read_file(&results.join("summary.json"), MOST_KEPT).ok()?;
     let summary: Value = serde_json::from_slice(&text).ok()?;
     (summary["scene_hash"] == case.hash()).then(|| summary["time_shares"].clone())

@@ -111,7 +111,7 @@ fn remove(path: &Path) -> Result<(), WriteError> {
 
 /// Ends what a program that was killed had begun to rename in `folder`: for who only reads there. What cannot be
 /// ended, where nothing may be written say, stays as it is.
-pub fn settle(folder: &Path) {
+pub fn recover(folder: &Path) {
     if folder.join(SWITCHING).exists()
         && let Some(_alone) = lock(folder)
         && let Some(switch) = Switch::begun(folder)
@@ -256,6 +256,19 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Writes what is to become the file `path`, which must not be there yet; whether it was free.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_new(path: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
+    let _writing = writing();
+    match beside(path, |file| file.write_all(bytes))?.persist_noclobber(path) {
+        Ok(_) => Ok(true),
+        Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => Ok(false),
+        Err(error) => Err(WriteError::new(path, error.error)),
+    }
+}
+
 /// A file beside `path`, filled.
 fn beside<E: std::fmt::Display>(
     path: &Path,
@@ -380,7 +393,7 @@ mod tests {
     #[test]
     fn a_kill_between_the_renames_leaves_no_set_without_its_last_file() {
         for n_done in 0..=2 {
-            for ends in [settle as fn(&Path), |folder| make_folder(folder).unwrap()] {
+            for ends in [recover as fn(&Path), |folder| make_folder(folder).unwrap()] {
                 let folder = killed_after(n_done);
                 ends(folder.path());
                 assert_eq!(names(folder.path()), ["last", "one"], "after {n_done} renames");

@@ -12,6 +12,8 @@
 //! **Frames are thinned** to [`MAX_FRAMES`], and further on large nets so that the knots never take more than
 //! [`MAX_KNOT_BYTES`]. The page interpolates between frames and says what was left out.
 
+use std::borrow::Cow;
+
 use data_encoding::BASE64;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -145,7 +147,7 @@ pub struct Curve<'a> {
     /// Its unit; empty for a share, which is drawn on a scale from 0 to 1.
     pub unit: &'a str,
     /// A value per frame; a value that is not finite shows as a gap.
-    pub values: &'a [f64],
+    pub values: Cow<'a, [f64]>,
     /// Whether it is also drawn along the time slider.
     pub along_slider: bool,
 }
@@ -468,7 +470,7 @@ mod tests {
                     .map(|(name, unit, values)| Curve {
                         name,
                         unit,
-                        values,
+                        values: values.into(),
                         along_slider: ["enclosed", "mouth"].contains(name),
                     })
                     .collect(),

@@ -1,5 +1,6 @@
 //! The result files of a run: `summary.json`, `series.csv`, `trajectory.npz`, `replay.html`.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
@@ -249,10 +250,10 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     let closing = closing(run);
     let mut shown = shown_curves(case, run, curves);
     if let Some(closing) = &closing {
-        shown.push(("pull of the threads", "", pull(closing, frames.time.len()), true));
+        shown.push(curve("pull of the threads", "", pull(closing, frames.time.len()), true));
     }
     for (name, unit, column) in run.reports.iter().flat_map(|(_, report)| &report.curves) {
-        shown.push((name, unit, run.reading(column), false));
+        shown.push(curve(name, unit, run.reading(column), false));
     }
     let starts = run.reports.iter().filter_map(|(_, report)| report.start);
     let starts = starts.filter_map(|(what, time)| Some((time?, what.to_owned())));
@@ -278,15 +279,7 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
             attitudes: &attitudes,
         }),
         chaser: run.chaser.map(|chaser| frames.chaser.iter().map(|body| block(&chaser, body)).collect()),
-        curves: shown
-            .iter()
-            .map(|(name, unit, values, along_slider)| replay::Curve {
-                name,
-                unit,
-                values,
-                along_slider: *along_slider,
-            })
-            .collect(),
+        curves: shown,
         closing,
         marks: first_contact
             .into_iter()
@@ -296,28 +289,35 @@ fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     })
 }
 
-/// A curve of the page: name, unit, a value a frame, whether it lies along the slider too.
-type ShownCurve<'a> = (&'a str, &'a str, Vec<f64>, bool);
+fn curve<'a>(
+    name: &'a str,
+    unit: &'a str,
+    values: impl Into<Cow<'a, [f64]>>,
+    along_slider: bool,
+) -> replay::Curve<'a> {
+    replay::Curve { name, unit, values: values.into(), along_slider }
+}
 
 /// What a run without effects shows.
-fn shown_curves<'a>(case: &Case, run: &Run, curves: &Curves) -> Vec<ShownCurve<'a>> {
+fn shown_curves<'a>(case: &Case, run: &'a Run, curves: &'a Curves) -> Vec<replay::Curve<'a>> {
     let frames = &run.frames;
-    let areas = frames.time.iter().map(|time| run.mouth_area[(time / run.step).round() as usize]).collect();
-    let mut shown: Vec<ShownCurve> = vec![("area of the bullets", "m2", areas, frames.target.is_empty())];
+    let area = |time: &f64| run.mouth_area[(time / run.step).round() as usize];
+    let areas: Vec<f64> = frames.time.iter().map(area).collect();
+    let mut shown = vec![curve("area of the bullets", "m2", areas, frames.target.is_empty())];
     if case.target().is_some() {
-        let rates = frames.target.iter().map(|body| body.rate.norm()).collect();
+        let rates: Vec<f64> = frames.target.iter().map(|body| body.rate.norm()).collect();
         shown.extend([
-            ("enclosed", "", curves.enclosed.clone(), true),
-            ("mouth", "", curves.mouth.clone(), true),
-            ("gather", "", curves.gather.clone(), true),
-            ("mouth hull", "", curves.mouth_hull.clone(), false),
-            ("coverage", "", curves.coverage.clone(), false),
-            ("separation", "target lengths", curves.separation.clone(), false),
-            ("quality index", "0 is ideal", curves.cqi.clone(), false),
-            ("target's rate", "rad/s", rates, false),
+            curve("enclosed", "", &curves.enclosed, true),
+            curve("mouth", "", &curves.mouth, true),
+            curve("gather", "", &curves.gather, true),
+            curve("mouth hull", "", &curves.mouth_hull, false),
+            curve("coverage", "", &curves.coverage, false),
+            curve("separation", "target lengths", &curves.separation, false),
+            curve("quality index", "0 is ideal", &curves.cqi, false),
+            curve("target's rate", "rad/s", rates, false),
         ]);
     }
-    shown.push(("largest tension", "N", frames.tension.clone(), false));
+    shown.push(curve("largest tension", "N", &frames.tension, false));
     shown
 }
 

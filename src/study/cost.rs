@@ -215,7 +215,7 @@ pub fn run(
 
     tell("stability", spent);
     let opened = crate::metrics::deployment::Deployment::of(&base, &first).deployment_time_s;
-    let maps = map::maps(&base, opened.max(base.time_step().step), shares.maps * whole);
+    let maps = map::maps(&base, opened.max(base.time_step().step), shares.maps * whole)?;
     spent += shares.maps * whole;
 
     let mut study = Study {

@@ -2,6 +2,8 @@
 
 #![allow(dead_code)] // each test binary uses its own part
 
+pub mod program;
+
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use tumblenet::cable::Cable;

@@ -24,6 +24,8 @@ pub const MAX_VARIANTS: usize = 24;
 pub struct Variant {
     /// Its name in tables and plots: `joints+impulse`, `solver.sweeps=4`.
     pub label: String,
+    /// Which of the scenes that are compared it is of, from 0.
+    pub scene: usize,
     /// What it changes, as for [`Source::set`].
     pub changes: Vec<String>,
     /// The checked scene, or why it cannot be run.
@@ -80,7 +82,7 @@ pub fn variants(
                 problems.add(place, &problem.found, &problem.allowed);
             }
         }
-        variants.push(Variant { label: choice.label, changes: choice.changes, case });
+        variants.push(Variant { label: choice.label, scene: 0, changes: choice.changes, case });
     }
     if problems.list.is_empty() && variants.iter().all(|variant| variant.case.is_err()) {
         problems.add("--solvers", "only pairs that this scene refuses", PAIRS.join(", "));
@@ -103,9 +105,9 @@ pub fn of_scenes(
     }
     let mut problems = Problems::new("compare");
     let mut all: Vec<Variant> = Vec::new();
-    for source in sources {
+    for (scene, source) in sources.iter().enumerate() {
         let of_scene = if solvers.is_none() && vary.is_empty() {
-            vec![Variant { label: String::new(), changes: Vec::new(), case: Ok(Case::build(source)?) }]
+            vec![Variant { label: String::new(), scene, changes: Vec::new(), case: Ok(Case::build(source)?) }]
         } else {
             variants(source, solvers, vary)?
         };
@@ -115,7 +117,7 @@ pub fn of_scenes(
             if all.iter().any(|known| known.label == label) {
                 problems.add("scenes", format!("{label}, twice"), "each scene once");
             }
-            all.push(Variant { label, ..variant });
+            all.push(Variant { label, scene, ..variant });
         }
     }
     if all.len() > MAX_VARIANTS {

@@ -56,21 +56,23 @@ pub struct Cell {
 
 /// The maps of the two cable models for the net of `base`, as far as `seconds` pay for them: cells
 /// that were not run are left out.
-pub fn maps(base: &Case, opened_s: f64, seconds: f64) -> Vec<Map> {
-    let Ok(free) = free_flight(base, opened_s) else { return Vec::new() };
+///
+/// # Errors
+/// The base cannot fly so, or with a pair of the maps.
+pub fn maps(base: &Case, opened_s: f64, seconds: f64) -> Result<Vec<Map>, Problems> {
+    let free = free_flight(base, opened_s)?;
     let stable = stable_step(free.net());
-    let explicit = |share: f64| {
+    let explicit = |share: f64| -> Result<(f64, Case), Problems> {
         let step = share * stable;
-        Some((step, with_method(&free, "explicit+impulse", step).ok()?))
+        Ok((step, with_method(&free, "explicit+impulse", step)?))
     };
-    let joints = |step: f64| Some((step, with_method(&free, "joints+rapier", step).ok()?));
+    let joints = |step: f64| -> Result<(f64, Case), Problems> {
+        Ok((step, with_method(&free, "joints+rapier", step)?))
+    };
     let limit = STIFFNESS.map(|factor| (factor, stable_step(&stiffened(free.net(), factor))));
-    [
-        ("explicit, symplectic", SHARES.into_iter().filter_map(explicit).collect::<Vec<_>>(), limit.to_vec()),
-        ("joints", STEPS.into_iter().filter_map(joints).collect(), Vec::new()),
-    ]
-    .into_iter()
-    .map(|(method, cases, limit)| {
+    let explicit: Vec<_> = SHARES.into_iter().map(explicit).collect::<Result<_, Problems>>()?;
+    let joints: Vec<_> = STEPS.into_iter().map(joints).collect::<Result<_, Problems>>()?;
+    let map = |method: &str, cases: &[(f64, Case)], limit: Vec<(f64, f64)>| {
         let mut budget = Budget::new(0.5 * seconds);
         // Long steps first: they are cheap, and the limit lies among them.
         let order = cases.iter().rev().flat_map(|case| STIFFNESS.map(|factor| (case, factor)));
@@ -85,8 +87,8 @@ pub fn maps(base: &Case, opened_s: f64, seconds: f64) -> Vec<Map> {
             gain: gain(case, stiffness),
         };
         Map { method: method.to_owned(), cells: all.par_iter().with_max_len(1).map(cell).collect(), limit }
-    })
-    .collect()
+    };
+    Ok(vec![map("explicit, symplectic", &explicit, limit.to_vec()), map("joints", &joints, Vec::new())])
 }
 
 /// The net of `base` without target and effects.
