@@ -45,7 +45,7 @@ pub struct Ledger {
     pub kinetic_target: f64,
     /// Elastic energy of the cables.
     pub elastic: f64,
-    /// Energy stored by effects.
+    /// Energy stored by effects, and by contact forces.
     pub stored: f64,
     /// Taken by cables since the start.
     pub cables: f64,
@@ -109,6 +109,13 @@ pub struct EnergyAudit {
     moving_at_start: f64,
     /// Work from outside at the end of the step before [J].
     from_outside: f64,
+    /// Energy that contact forces hold [J].
+    in_contacts: f64,
+}
+
+/// Energy that contact forces on knots hold [J].
+fn in_contacts(state: &State) -> f64 {
+    state.contacts.iter().map(|contact| contact.stored).sum()
 }
 
 struct TargetMass {
@@ -135,6 +142,7 @@ impl EnergyAudit {
             internal: effects.list().iter().map(|effect| effect.is_internal).collect(),
             strained: (0.0, 0),
             from_outside: 0.0,
+            in_contacts: 0.0,
             moving_at_start: 0.0,
         };
         audit.measure(state);
@@ -181,7 +189,7 @@ impl EnergyAudit {
                 // comes from what drives it.
                 let impulse = contact.impulse_on_knot();
                 self.outside_impulse += impulse;
-                self.outside_angular_impulse += contact.point.cross(&impulse);
+                self.outside_angular_impulse += contact.moment;
                 self.ledger.drive += contact.work_on_knot + contact.loss + contact.friction_loss;
             }
         }
@@ -193,6 +201,8 @@ impl EnergyAudit {
             on_knots += work.on_knots;
             self.add(index, work);
         });
+        // What a contact force holds is not taken yet.
+        self.ledger.contact += self.in_contacts - in_contacts(after);
         // Last: an effect may settle what it stores in its account.
         self.measure_stored(after, effects);
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
@@ -256,7 +266,8 @@ impl EnergyAudit {
 
     /// Measures what `effects` store.
     pub fn measure_stored(&mut self, state: &State, effects: &mut Interactions) {
-        self.ledger.stored = effects.stored_energy(state);
+        self.in_contacts = in_contacts(state);
+        self.ledger.stored = effects.stored_energy(state) + self.in_contacts;
     }
 
     /// Linear momentum of the net, a free target and the chaser, where there is one [kg m/s].

@@ -11,7 +11,9 @@
 //! Assumptions: the cable has no mass of its own (its mass is lumped on the knots, Eq. 3.2) and no
 //! bending stiffness. Departure from the source: Eq. 3.4 gives each end of a cable its own c;
 //! we use the lesser knot mass for both, so that the two ends feel opposite forces and momentum is
-//! kept.
+//! kept. A line that middle knots cut into n pieces has n times the damping of the whole line in each,
+//! as dashpots in a row have: Eq. 3.4 with the pieces' own masses and stiffness would take the less of a
+//! snap the more finely a line is cut.
 
 /// A cable between two knots.
 #[derive(Clone, Copy, Debug, PartialEq)]

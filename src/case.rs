@@ -116,6 +116,7 @@ impl Case {
                 Some(built) => built,
                 None => None,
             };
+            scene.solver.integrator = stability::integrator(scene.solver.integrator, &net);
             let demands = demands(&scene, &net, target.as_ref());
             let limits_of_step = step::method(&scene.solver).limits(&demands);
             let time_step = limits_of_step.chosen;
@@ -258,7 +259,7 @@ fn demands<'a>(scene: &'a Scene, net: &'a Net, target: Option<&'a Target>) -> De
         target,
         launch_speed: scene.launch.speed_m_s,
         sample: scene.output.sample_s.0.min(scene.duration_s.0),
-        has_constraints: scene.effects.options().has_constraints,
+        options: scene.effects.options(),
     }
 }
 

@@ -70,13 +70,31 @@ pub trait SubstepConstraint: Send {
     /// Whether it was so violated since the checkpoint that the step is to be cut; `knots` are those at
     /// its end.
     fn violated(&mut self, knots: &Knots) -> bool;
+
+    /// Parts that a step of `step` seconds needs, lest in one of them it throws knots that others have to catch.
+    fn parts(&self, _step: f64) -> u32 {
+        1
+    }
 }
 
 /// Answers contacts that the method of the run does not know of.
 pub trait ContactLaw: Send {
     /// Changes velocities of knots and target for a (sub-)step of `step` seconds, after all
-    /// constraints, and marks the knots it changed.
-    fn solve(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]);
+    /// constraints, and marks the knots it changed. `before` are the knots' velocities before the forces of
+    /// the (sub-)step acted [m/s]; empty where none did.
+    fn solve(
+        &mut self,
+        knots: &mut Knots,
+        before: &[Vector3<f64>],
+        target: &mut Option<Body>,
+        step: f64,
+        touched: &mut [bool],
+    );
+
+    /// Whether it asks for the velocities before forces acted, as restitution does.
+    fn bounces(&self) -> bool {
+        false
+    }
 
     /// Adds the contacts it answered within the step from `before` to `after`.
     fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
@@ -418,15 +436,29 @@ impl Interactions {
         violated
     }
 
+    /// Parts that constraints need in a step of `step` seconds.
+    pub fn parts(&mut self, step: f64) -> u32 {
+        let mut parts = 1;
+        self.each_constraint(|constraint| parts = parts.max(constraint.parts(step)));
+        parts
+    }
+
     /// Whether there are contact laws.
     pub fn touch(&self) -> bool {
         !self.contacts.is_empty()
+    }
+
+    /// Whether a contact law asks for velocities before forces acted.
+    pub fn bounce(&mut self) -> bool {
+        let lists = self.contacts.iter();
+        lists.filter_map(|&index| Some(self.list[index].effect.contacts()?.bounces())).any(|bounces| bounces)
     }
 
     /// Contact laws change velocities for a (sub-)step of `step` seconds and mark the knots.
     pub fn solve_contacts(
         &mut self,
         knots: &mut Knots,
+        before: &[Vector3<f64>],
         target: &mut Option<Body>,
         step: f64,
         touched: &mut [bool],
@@ -434,7 +466,7 @@ impl Interactions {
         for i in 0..self.contacts.len() {
             self.timed(self.contacts[i], |effect| {
                 if let Some(law) = effect.contacts() {
-                    law.solve(knots, target, step, touched);
+                    law.solve(knots, before, target, step, touched);
                 }
             });
         }

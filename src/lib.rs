@@ -45,6 +45,7 @@
 //! | [`effects`] | what a scene may call for |
 //! | [`audit`] | where energy and momentum went |
 //! | [`scene`], [`case`](mod@case) | as written; as checked |
+//! | [`hits`] | how hard a contact is, whatever the step |
 //! | [`simulation`], [`run`] | the step, the record |
 //! | [`metrics`] | deployment, capture, conservation, summary |
 //! | [`study`], [`report`] | many runs; tables, files, replay |
@@ -113,6 +114,8 @@ pub mod audit;
 pub mod scene;
 
 pub mod case;
+
+pub mod hits;
 
 pub mod simulation;
 

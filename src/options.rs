@@ -25,6 +25,14 @@ pub struct BuildOptions {
     pub free_chaser: bool,
     /// Whether something holds knots within a step: threads, which bring them close together.
     pub has_constraints: bool,
+    /// Whether an effect answers contacts: of cables, or of strands.
+    pub has_contact_laws: bool,
+    /// Largest force of theirs on a knot [N].
+    pub pull: f64,
+    /// Largest acceleration of a field that the target is held against [m/s^2].
+    pub gravity: f64,
+    /// Whether a field kicks all that moves at both ends of a step.
+    pub has_fields: bool,
 }
 
 /// What is simulated, and how.

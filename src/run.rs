@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use crate::audit::Ledger;
 use crate::case::Case;
 use crate::failure::Failure;
+use crate::hits::Hits;
 use crate::interaction::{Interaction, Report};
 use crate::simulation::Simulation;
 use crate::state::{Body, FreeBody, State};
@@ -38,7 +39,7 @@ pub struct Frames {
     pub angular_momentum: Vec<Vector3<f64>>,
     /// Largest cable tension since the frame before [N], T.
     pub tension: Vec<f64>,
-    /// Largest contact impulse since the frame before [N s], T.
+    /// Largest impulse of a hit since the frame before [N s], T.
     pub impulse: Vec<f64>,
     /// Kinetic energy of the net in the frame that moves and turns with the target [J], T; empty without one.
     pub relative_energy: Vec<f64>,
@@ -51,8 +52,10 @@ pub struct Frames {
 pub struct Extremes {
     /// End of the step with the first contact impulse [s].
     pub first_contact: Option<f64>,
-    /// Largest normal impulse of one contact within a step [N s].
+    /// Largest normal impulse of one contact within [`crate::hits::HIT`] [N s].
     pub impulse: f64,
+    /// Largest contact force [N] (see [`crate::hits`]).
+    pub force: f64,
     /// Deepest overlap of a knot and a part [m].
     pub penetration: f64,
     /// Largest cable tension [N].
@@ -213,6 +216,8 @@ struct Recorder {
     frames: Frames,
     mouth_area: Vec<f64>,
     extremes: Extremes,
+    hits: Hits,
+    step: f64,
     bullets: [usize; 4],
     /// Largest values since the last frame.
     tension: f64,
@@ -227,6 +232,8 @@ impl Recorder {
             frames: Frames::default(),
             mouth_area: Vec::with_capacity(case.n_steps() as usize + 1),
             extremes: Extremes::default(),
+            hits: Hits::default(),
+            step: case.time_step().step,
             bullets: case.net().bullets,
             tension: 0.0,
             impulse: 0.0,
@@ -249,12 +256,14 @@ impl Recorder {
             if contact.impulse > 0.0 {
                 self.extremes.first_contact.get_or_insert(state.time);
             }
-            self.impulse = self.impulse.max(contact.impulse);
             for (knot, share) in contact.bearers() {
                 self.contact_impulses[knot] += share * contact.impulse_on_knot();
             }
             self.extremes.penetration = self.extremes.penetration.max(-contact.gap);
         }
+        let hardest = self.hits.hear(&state.contacts, state.time, self.step);
+        self.impulse = self.impulse.max(hardest.impulse);
+        self.extremes.force = self.extremes.force.max(hardest.force);
         for (index, (cable, &tension)) in case.net().cables.iter().zip(&state.tension).enumerate() {
             if tension > 0.0 {
                 self.tensions[index] = self.tensions[index].max(tension);

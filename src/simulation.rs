@@ -177,7 +177,7 @@ fn start(case: &Case) -> State {
     let target = case.target().map(|target| Body {
         position: target.position,
         attitude: target.attitude,
-        velocity: Vector3::zeros(),
+        velocity: target.velocity,
         rate: match target.motion {
             Motion::Fixed => Vector3::zeros(),
             Motion::Free | Motion::Spinning => target.attitude * target.spin,

@@ -67,7 +67,7 @@ impl Default for Solver {
             // mesh net of undamped Kevlar gains 64 % of its launch energy with 4, nothing with 16.
             snap_passes: 16,
             flight: Flight::Cables,
-            integrator: Integrator::Symplectic,
+            integrator: Integrator::Auto,
             tolerance_m: Positive(1e-9),
             reach_m: None,
             restitution: 0.0,
@@ -145,6 +145,9 @@ pub enum Flight {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
+    /// `secant` where `symplectic` at its own step would make energy: damping ratios below 0.1, or a cable whose own
+    /// frequency is high among those of the net. `symplectic` elsewhere.
+    Auto,
     /// A force that is the difference of stored energy over the step, with books for every cable: keeps energy.
     Secant,
     /// Semi-implicit Euler: velocities first, positions with the new ones.

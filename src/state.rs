@@ -158,6 +158,12 @@ pub struct Contact {
     pub impulse: f64,
     /// Impulse on the net across the normal within the step [N s].
     pub friction: Vector3<f64>,
+    /// Largest normal force within the step, where contact is a force [N]; 0 where it is an impulse.
+    pub force: f64,
+    /// Energy that a contact force holds at the end of the step [J].
+    pub stored: f64,
+    /// Moment of both about the origin [N m s].
+    pub moment: Vector3<f64>,
     /// Work of both on the net [J].
     pub work_on_knot: f64,
     /// Energy that the normal impulse took from net and target [J].

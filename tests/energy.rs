@@ -16,8 +16,7 @@ fn net(cables: &str, n: u32, damping: f64, speed: f64, duration: f64) -> Case {
                  "cable": { "material": "kevlar", "diameter_m": 0.001, "damping_ratio": damping },
                  "fold": { "scheme": "scaled", "ratio": 0.05 } },
         "launch": { "speed_m_s": speed, "angle_deg": 55.0 },
-        "solver": { "cables": cables, "integrator": "secant",
-                    "contact": if cables == "joints" { "rapier" } else { "impulse" } }
+        "solver": { "cables": cables, "contact": if cables == "joints" { "rapier" } else { "impulse" } }
     }))
 }
 
@@ -26,7 +25,7 @@ fn kept(case: &Case) -> Conservation {
 }
 
 /// Meshes, damping ratio and launch speed [m/s]; every net is flown until it has opened and been shaken.
-const NETS: [(u32, f64, f64); 11] = [
+const NETS: [(u32, f64, f64); 12] = [
     (1, 0.0, 1.0),
     (1, 0.1, 60.0),
     (1, 5.0, 10.0),
@@ -37,6 +36,7 @@ const NETS: [(u32, f64, f64); 11] = [
     (5, 1.0, 60.0),
     (10, 0.0, 10.0),
     (10, 0.003, 10.0),
+    (10, 0.1, 10.0),
     (20, 0.0, 60.0),
 ];
 
@@ -44,7 +44,8 @@ fn opens(n: u32, speed: f64) -> f64 {
     1.2 * f64::from(n.max(2)) / speed
 }
 
-/// Measured: created at most 6.1e-4, in no row of the ledger at most 2.7e-4, momenta to rounding.
+/// With the integrator that the damping chooses. Measured: created at most 6.1e-4, in no row of the ledger at most
+/// 2.7e-4, momenta to rounding.
 #[test]
 fn explicit_cables_make_no_energy_whatever_their_damping() {
     for (n, damping, speed) in NETS {
@@ -55,6 +56,47 @@ fn explicit_cables_make_no_energy_whatever_their_damping() {
         below(&format!("{name}: momentum"), kept.momentum_residual, 1e-9);
         below(&format!("{name}: angular momentum"), kept.angular_momentum_residual, 1e-9);
     }
+}
+
+/// Measured: 0, 1.5e-4, 2.3e-4. Overdamped cables are known to make more than 1e-3: 1.3e-3 at damping 5 on 10 x 10.
+#[test]
+fn joints_make_no_energy_in_flight_whatever_their_damping() {
+    for (n, damping, speed) in [(5, 0.003, 10.0), (5, 0.1, 10.0), (2, 1.0, 60.0)] {
+        let kept = kept(&net("joints", n, damping, speed, opens(n, speed)));
+        below(&format!("{n} x {n}, damping {damping}: created"), kept.energy_created, 1e-3);
+    }
+}
+
+/// From the first contact on semi-implicit Euler takes over, in finer sub-steps; kept at its own it made 1.9e-2 here.
+#[test]
+fn undamped_cables_in_contact_are_to_be_believed() {
+    let changes = [
+        "solver.cables=explicit",
+        "solver.contact=impulse",
+        "net.cable.damping_ratio=0.003",
+        "duration_s=1.2",
+    ];
+    let kept = kept(&common::scene("cube-fixed", &changes));
+    below("created", kept.energy_created, 1e-2);
+    assert!(!kept.is_broken());
+}
+
+/// A knot at the deepest point of a penalty contact has its speed in the contact: that it comes back makes nothing.
+#[test]
+fn a_bounce_off_a_penalty_force_creates_no_energy() {
+    // 5e-2 while what the force holds was in no row.
+    let changes = ["solver.cables=explicit", "solver.contact=penalty", "duration_s=1.0"];
+    let case = common::scene("cube-fixed", &changes);
+    let run = common::run(&case);
+    assert!(run.extremes.first_contact.is_some());
+    below("created", Conservation::of(&case, &run).energy_created, 1e-3);
+}
+
+/// A line of n pieces has n times the damping in each. Measured: 0.665, 0.662; eight pieces 0.663, in 9 s.
+#[test]
+fn a_line_that_is_cut_rebounds_as_the_whole_one() {
+    let whole = rebound("explicit", 0.1, 0);
+    within("in two", rebound("explicit", 0.1, 1) / whole, [0.97, 1.03]);
 }
 
 /// How far `run` is from its own mirror images about Y = 0, Z = 0 and Y = Z at its end [m].
@@ -80,21 +122,27 @@ fn mirror_error(case: &Case, run: &Run) -> f64 {
 #[test]
 fn an_explicit_net_that_mirrors_itself_does_so_to_the_last_bit() {
     // With semi-implicit Euler and forces added up cable by cable it was 1 cm off at 0.94 s.
-    let case = net("explicit", 10, 0.1, 10.0, 1.0);
+    let case = case_of(json!({
+        "title": "mirrored", "duration_s": 1.0,
+        "net": { "meshes": [10, 10], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0,
+                 "cable": { "material": "kevlar", "diameter_m": 0.001 }, "fold": { "scheme": "scaled", "ratio": 0.05 } },
+        "launch": { "speed_m_s": 10.0, "angle_deg": 55.0 },
+        "solver": { "cables": "explicit", "contact": "impulse", "integrator": "secant" }
+    }));
     assert_eq!(mirror_error(&case, &common::run(&case)), 0.0);
 }
 
 /// Speed of the bullets outward, after the first snap over before it, of one mesh.
-fn rebound(cables: &str, damping: f64) -> f64 {
+fn rebound(cables: &str, damping: f64, middle_knots: u32) -> f64 {
     let mut scene = json!({
         "title": "one mesh", "duration_s": 0.25,
-        "net": { "meshes": [1, 1], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0,
+        "net": { "meshes": [1, 1], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0, "middle_knots": middle_knots,
                  "cable": { "material": "kevlar", "diameter_m": 0.001, "damping_ratio": damping },
                  "fold": { "scheme": "scaled", "ratio": 0.05 } },
         "launch": { "speed_m_s": 10.0, "angle_deg": 55.0 },
         "output": { "sample_s": 0.001 }
     });
-    scene["solver"] = json!({ "cables": cables, "integrator": "secant",
+    scene["solver"] = json!({ "cables": cables,
                     "contact": if cables == "joints" { "rapier" } else { "impulse" } });
     let case = case_of(scene);
     let run = common::run(&case);
@@ -113,7 +161,7 @@ fn rebound(cables: &str, damping: f64) -> f64 {
 fn four_bullets_rebound_as_the_damping_ratio_says() {
     for cables in ["explicit", "joints"] {
         for (damping, expected) in [(0.02, 0.914), (0.1, 0.638)] {
-            let found = rebound(cables, damping);
+            let found = rebound(cables, damping, 0);
             // Measured: explicit 1.003 and 1.042 (Eq. 3.3 ends the tension before), joints 1.001 and 1.001.
             let band = if cables == "explicit" { [0.99, 1.05] } else { [0.98, 1.02] };
             within(&format!("{cables}, {damping}"), found / expected, band);

@@ -46,7 +46,7 @@ fn plate(motion: &str) -> Target {
 const STEP: f64 = 5e-4;
 
 fn setup() -> Setup {
-    Setup { step: STEP, substeps: 1, friction: None, has_contacts: true, ..Setup::default() }
+    Setup { step: STEP, friction: None, has_contacts: true, ..Setup::default() }
 }
 
 /// Steps a world of free knots and a target; returns the last state and all contacts.

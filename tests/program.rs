@@ -274,6 +274,31 @@ fn set_changes_values_and_removes_keys() {
     assert!(summary.get("capture").is_none() && summary.get("contact").is_none());
 }
 
+/// Made by what every net flew with before: undamped cables and semi-implicit Euler at its own step, 0.14 of the launch energy.
+#[test]
+fn a_run_that_creates_energy_ends_with_status_1_and_says_so() {
+    let mut scene = common::small_scene();
+    scene["net"]["cable"]["damping_ratio"] = json!(0.0);
+    scene["solver"] = json!({ "cables": "explicit", "contact": "impulse", "integrator": "symplectic" });
+    let folder = with_scene(&scene);
+    for arguments in [
+        &["run", "scene.json", "--out", "one"][..],
+        &["run", "scene.json", "--out", "many", "--ensemble", "2"],
+        &["compare", "scene.json", "--out", "compared", "--members", "1", "--solvers", "explicit+impulse"],
+    ] {
+        let output = tumblenet(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", err(&output));
+        assert!(err(&output).contains("not to be believed"), "{}", err(&output));
+    }
+    // What it came to is written all the same.
+    assert!(folder.path().join("one/summary.json").exists());
+    // Left to itself the program chooses an integrator that keeps it.
+    scene["solver"]["integrator"] = json!("auto");
+    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    let output = tumblenet(folder.path(), &["run", "scene.json", "--out", "two"]);
+    assert_eq!(output.status.code(), Some(0), "{}", err(&output));
+}
+
 #[test]
 fn a_run_that_is_not_what_it_expects_ends_with_status_1_and_says_why() {
     let mut scene = small_capture();

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use tumblenet::metrics::conservation::SCALAR;
 use tumblenet::report::{compare as report, files};
 use tumblenet::scene::Source;
 use tumblenet::study::compare::track::TrackMember;
@@ -12,7 +13,7 @@ use tumblenet::study::{ensemble, settle};
 
 use super::members::Kept;
 use super::reading::Reading;
-use super::run::{Until, duration};
+use super::run::{Until, believed, duration};
 use super::terminal::{Progress, stage};
 use super::{Error, Format, interrupt, json, print, say};
 
@@ -176,8 +177,13 @@ fn all_finished(comparison: &Comparison) -> Result<(), Error> {
     let failed = |variant: &&compare::Compared| variant.outcome.is_none() && variant.refused.is_empty();
     let labels: Vec<&str> =
         comparison.variants.iter().filter(failed).map(|variant| variant.label.as_str()).collect();
-    if labels.is_empty() {
-        return Ok(());
+    if !labels.is_empty() {
+        return Err(Error::Expectation(format!("no member was finished of {}", labels.join(", "))));
     }
-    Err(Error::Expectation(format!("no member was finished of {}", labels.join(", "))))
+    let created = |outcome: &compare::Outcome| Some(outcome.scalars.get(SCALAR)?.max);
+    let all = comparison.ran().filter_map(|(_, variant, outcome)| Some((variant, created(outcome)?)));
+    let worst = all.max_by(|one, other| one.1.total_cmp(&other.1));
+    worst.map_or(Ok(()), |(variant, created)| {
+        believed(&format!("{}, its worst member", variant.label), created)
+    })
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args, ValueEnum};
 use tumblenet::case::Case;
 use tumblenet::limits::{Limit, Limits};
+use tumblenet::metrics::conservation::{CREATED, SCALAR, is_too_much};
 use tumblenet::metrics::summary::Summary;
 use tumblenet::metrics::verdict::Verdict;
 use tumblenet::metrics::warnings;
@@ -261,13 +262,24 @@ fn tell_shares(summary: &Summary) {
     }
 }
 
-/// Whether the summary is what the scene expects.
+/// Whether the run is to be believed, and the summary what the scene expects.
 fn met(case: &Case, summary: &Summary) -> Result<(), Error> {
+    believed(case.name(), summary.conservation.energy_created)?;
     let missed = summary.missed(&case.scene().expect);
     if missed.is_empty() {
         return Ok(());
     }
     Err(Error::Expectation(format!("{} is not what it expects:\n  {}", case.name(), missed.join("\n  "))))
+}
+
+/// Whether a run, or the worst of several, that `created` so much energy [-] is to be believed.
+pub(super) fn believed(name: &str, created: f64) -> Result<(), Error> {
+    if !is_too_much(created) {
+        return Ok(());
+    }
+    Err(Error::Expectation(format!(
+        "{name}: the method created {created:.1e} of the launch energy and the work put in, more than {CREATED}: not to be believed"
+    )))
 }
 
 /// Where a member's results go, below those of its ensemble.
@@ -302,16 +314,20 @@ fn many(case: &Case, request: &EnsembleRequest, out: &Path, arguments: &Argument
             say(&format!("Results: {}", out.join("ensemble.html").display()))?;
         }
     }
-    any_finished(&ensemble)
+    any_finished(case.name(), &ensemble)
 }
 
-/// An ensemble of which no member was finished is a failed run.
-fn any_finished(ensemble: &Ensemble) -> Result<(), Error> {
+/// An ensemble of which no member was finished is a failed run. A member that failed is left out of all numbers; one
+/// that is not to be believed is in them.
+fn any_finished(name: &str, ensemble: &Ensemble) -> Result<(), Error> {
     match ensemble.failures.first_key_value() {
         Some((member, why)) if ensemble.failures.len() == ensemble.request.members => {
             Err(Error::Expectation(format!("no member was finished; member {member}: {why}")))
         }
-        _ => Ok(()),
+        _ => ensemble
+            .scalars
+            .get(SCALAR)
+            .map_or(Ok(()), |created| believed(&format!("{name}, its worst member"), created.max)),
     }
 }
 

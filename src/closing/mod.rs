@@ -30,12 +30,20 @@ use winch::{Drive, Winch, WinchRecord};
 /// without, a jerk of its bullets left up to 3.1e-3.
 const EXCESS: f64 = 8e-4;
 
+/// A pull that begins within a step may throw knots so many times as fast as one that was there before, until the
+/// step is taken back.
+const JERK: f64 = 2.0;
+
 /// Threads, winches and latches of a net.
 #[derive(Clone, Debug)]
 pub struct Mechanism {
     lines: Vec<Line>,
     lock: Option<Lock>,
     inverse_mass: Vec<f64>,
+    /// Speed to which it may throw a knot within a (sub-)step [m/s].
+    throw: f64,
+    /// Length of the last (sub-)step [s].
+    last_step: f64,
     runs: bool,
     effort: ThreadSweeps,
 
@@ -125,6 +133,8 @@ impl Mechanism {
             lines,
             lock,
             inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
+            throw: f64::INFINITY,
+            last_step: 0.0,
             runs: false,
             effort: ThreadSweeps::WHOLE,
             pulled: PulledKnots::new(reached),
@@ -156,6 +166,21 @@ impl Mechanism {
     /// Ends it.
     pub fn stop(&mut self) {
         self.runs = false;
+    }
+
+    /// Throws no knot at more than `speed` [m/s] within a step that may be cut.
+    pub fn throws_at_most(&mut self, speed: f64) {
+        self.throw = speed;
+    }
+
+    /// Largest rate at which its threads pulled at a knot last [m/s^2].
+    fn rate(&self) -> f64 {
+        let of_line = |line: &Line| {
+            let lightest =
+                line.thread.knots().iter().map(|&knot| self.inverse_mass[knot]).fold(0.0, f64::max);
+            line.winch.pull() * lightest
+        };
+        self.lines.iter().map(of_line).fold(0.0, f64::max)
     }
 
     /// Takes less trouble within a call: it is called in every sub-step.
@@ -296,6 +321,7 @@ impl SubstepConstraint for Mechanism {
             lock.begin(knots, inverse_mass);
         }
         self.pulled.before_pull(knots, step);
+        self.last_step = step;
 
         self.sweep(knots, step);
 
@@ -333,7 +359,12 @@ impl SubstepConstraint for Mechanism {
     /// Whether it left a thread too long.
     fn violated(&mut self, knots: &Knots) -> bool {
         self.finish_substep(knots);
-        self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
+        let thrown = self.runs && self.rate() * self.last_step > JERK * self.throw;
+        thrown || self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
+    }
+
+    fn parts(&self, step: f64) -> u32 {
+        if self.runs { (step * self.rate() / self.throw).ceil().max(1.0) as u32 } else { 1 }
     }
 }
 

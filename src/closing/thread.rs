@@ -123,7 +123,8 @@ impl LengthCommand {
         } else {
             impulse + (length - self.length_most) / (step * weight) // the reels stand
         };
-        wanted.clamp(self.impulse_least, self.impulse_most)
+        // Not `clamp`: where a method fails the bounds may be no numbers, and the end of the step says so.
+        wanted.max(self.impulse_least).min(self.impulse_most)
     }
 }
 

@@ -76,6 +76,8 @@ pub struct Winch {
     resistance: f64,
     /// The step under way, until its outcome is known.
     commanded: Option<Commanded>,
+    /// Tension in the last (sub-)step [N].
+    pull: f64,
     /// Largest tension since it was last read [N].
     pub tension: f64,
     /// As in the tally, since it was last set to nothing [m].
@@ -118,10 +120,16 @@ impl Winch {
             speed: if drive.reel_mass > 0.0 { 0.0 } else { drive.speed },
             resistance: 0.0,
             commanded: None,
+            pull: 0.0,
             tension: 0.0,
             excess: 0.0,
             tally: WinchRecord::default(),
         }
+    }
+
+    /// Tension in the last (sub-)step [N].
+    pub fn pull(&self) -> f64 {
+        self.pull
     }
 
     /// Length off the reels [m].
@@ -157,7 +165,7 @@ impl Winch {
             length_most: most - expected,
             compliance,
             impulse_most: most_impulse,
-            impulse_least: (STIFF * beyond / (step * inverse_mass)).clamp(0.0, most_impulse),
+            impulse_least: (STIFF * beyond / (step * inverse_mass)).max(0.0).min(most_impulse),
         }
     }
 
@@ -171,7 +179,8 @@ impl Winch {
 
     /// Hears what the thread did: its impulse, and its length ahead as far as that decides it.
     pub fn pulled(&mut self, step: f64, impulse: f64, length_ahead: f64) {
-        self.tension = self.tension.max(impulse / step);
+        self.pull = impulse / step;
+        self.tension = self.tension.max(self.pull);
         self.commanded = Some(Commanded { shortest: self.shortest(step), step, impulse, length_ahead });
     }
 
@@ -181,7 +190,7 @@ impl Winch {
         let length_now = length_now();
         let Drive { winches, reel_mass, tension: limit, .. } = self.drive;
         let beyond = length_now - self.length;
-        let wound = self.length - length_now.clamp(shortest, self.length);
+        let wound = self.length - length_now.max(shortest).min(self.length);
         let tension = impulse / step;
         self.length -= wound;
         self.tally.work += tension * wound;

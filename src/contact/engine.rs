@@ -64,6 +64,7 @@ impl EngineContacts {
         world.contacts(&mut found);
         for contact in &mut found {
             contact.point = before.knots.position[contact.knot];
+            contact.moment = contact.point.cross(&contact.impulse_on_knot());
         }
         self.settle_spin(world, before, state, &found, step);
         if self.restitution > 0.0 {
@@ -115,6 +116,7 @@ impl EngineContacts {
             world.set_velocity(knot, &state.knots.velocity[knot]);
             let contact = &mut new[index];
             contact.impulse += row.impulse;
+            contact.moment += state.knots.position[knot].cross(&impulse);
             contact.point += (row.impulse / contact.impulse) * (state.knots.position[knot] - contact.point);
         }
         if self.inertia.is_some() {

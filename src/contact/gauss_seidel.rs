@@ -127,7 +127,7 @@ mod tests {
     }
 
     fn net<'a>(knots: &'a mut Knots, inverse_mass: &'a [f64]) -> MarkedKnots<'a> {
-        MarkedKnots { knots, inverse_mass, touched: &mut [] }
+        MarkedKnots { knots, before: &[], inverse_mass, touched: &mut [] }
     }
 
     fn speed(row: &ContactRow, knots: &Knots, inverse_mass: &[f64], body: &Body) -> f64 {

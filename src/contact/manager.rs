@@ -163,9 +163,9 @@ impl ContactManager {
         state: &mut State,
         others: impl FnOnce(&Knots, &Knots, &mut Vec<Contact>),
     ) {
-        let State { knots, contacts, .. } = state;
+        let State { knots, target, contacts, .. } = state;
         if let ContactManager::Own(own) = self {
-            own.report(before, knots, contacts);
+            own.report(before, knots, target.as_ref(), contacts);
         }
         others(before, knots, contacts);
     }

@@ -93,12 +93,31 @@ impl PenaltyForce {
         (0.5 * net.mass[knot] * speed * speed * (n + 1.0) / self.stiffness[knot]).powf(1.0 / (n + 1.0))
     }
 
-    /// Largest step at which knots that meet the target at `speed` [m/s] are stable [s].
-    pub fn stable_step(&self, net: &Net, speed: f64) -> f64 {
+    /// Deepest overlap of the same knot that is pressed in with `pull` [N] beside:
+    /// m v² / 2 + F δ = k δⁿ⁺¹ / (n + 1)   [m].
+    fn deepest_pulled(&self, net: &Net, knot: usize, speed: f64, pull: f64) -> f64 {
+        let unpulled = self.deepest(net, knot, speed);
+        if pull == 0.0 {
+            return unpulled;
+        }
+        // Newton from above, where the energy left over is convex: it falls to the root.
+        let mut depth =
+            unpulled + ((self.exponent + 1.0) * pull / self.stiffness[knot]).powf(1.0 / self.exponent);
+        let moving = 0.5 * net.mass[knot] * speed * speed;
+        for _ in 0..8 {
+            let left = self.energy(knot, depth) - pull * depth - moving;
+            depth -= left / (self.force(knot, depth, 0.0) - pull);
+        }
+        depth
+    }
+
+    /// Largest step at which knots that meet the target at `speed` [m/s], and are pressed in with `pull` [N], are
+    /// stable [s].
+    pub fn stable_step(&self, net: &Net, speed: f64, pull: f64) -> f64 {
         let n = self.exponent;
         let limit = |knot: usize| {
             let (k, m) = (self.stiffness[knot], net.mass[knot]);
-            let depth = self.deepest(net, knot, speed);
+            let depth = self.deepest_pulled(net, knot, speed, pull);
             let frequency = (n * k * depth.powf(n - 1.0) / m).sqrt();
             let damping = match self.law {
                 PenaltyLaw::SpringDashpot => self.damping,

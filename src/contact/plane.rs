@@ -28,6 +28,8 @@ pub struct ContactPlane {
     /// Which knot or cable, which part, and what happened within the step.
     pub record: Contact,
     work: ContactWork,
+    /// Whether its impulses within the step had more than one direction.
+    has_turned: bool,
 }
 
 /// When a row is needed, and what it is to reach.
@@ -57,6 +59,7 @@ impl ContactPlane {
             initial_overlap: 0.0,
             record: empty_record(contact),
             work: ContactWork::default(),
+            has_turned: false,
         }
     }
 
@@ -70,6 +73,7 @@ impl ContactPlane {
         ContactPlane {
             record: empty_record(&Contact { along: Some(along), ..self.record }),
             work: ContactWork::default(),
+            has_turned: false,
             initial_overlap: 0.0,
             ..*self
         }
@@ -79,6 +83,7 @@ impl ContactPlane {
     pub fn begin_step(&mut self) {
         self.record = empty_record(&self.record);
         self.work = ContactWork::default();
+        self.has_turned = false;
     }
 
     /// Gap of a net at `place` from the body's centre [m].
@@ -114,6 +119,12 @@ impl ContactPlane {
             self.impulse = 0.0;
             return None;
         }
+        let closing = if rules.parting.restitution > 0.0 {
+            let before = weights.sum(|knot| net.velocity_before(knot));
+            normal.dot(&(before - body.velocity - body.rate.cross(&arm)))
+        } else {
+            speed
+        };
         self.initial_overlap *= 1.0 - rules.parting.push_out.share_within(step);
         let gap = gap + self.initial_overlap;
         Some(ContactRow {
@@ -125,7 +136,7 @@ impl ContactPlane {
             gap,
             velocity,
             speed,
-            wanted_speed: rules.parting.wanted_speed(gap, speed, self.radius, step),
+            wanted_speed: rules.parting.wanted_speed(gap, closing, self.radius, step),
             softness: 0.0,
             impulse: self.impulse,
             friction: Vector3::zeros(),
@@ -144,8 +155,10 @@ impl ContactPlane {
         let arm = row.arm.unwrap_or_default();
         let surface = 0.5 * (before.velocity + after.velocity + (before.rate + after.rate).cross(&arm));
         let record = &mut self.record;
+        self.has_turned |= record.impulse > 0.0 && record.normal != row.normal;
         record.normal = row.normal;
         record.impulse += row.impulse;
+        record.moment += (before.position + arm).cross(&row.whole_impulse());
         // The mean over the sub-steps, so that impulse and moment agree.
         if record.impulse > 0.0 {
             record.point += (row.impulse / record.impulse) * (before.position + arm - record.point);
@@ -158,6 +171,10 @@ impl ContactPlane {
     pub fn contact(&self, before: &Knots, after: &Knots) -> Option<Contact> {
         self.record.gap.is_finite().then(|| {
             let mut contact = self.record;
+            if self.has_turned {
+                // The target turned between sub-steps, and their impulses with it: their sum, not their lengths'.
+                (contact.normal, contact.impulse) = self.work.mean_normal();
+            }
             self.work.settle(&mut contact, before, after);
             contact
         })

@@ -63,6 +63,10 @@ pub trait NetMotion {
     fn position(&self, knot: usize) -> Vector3<f64>;
     /// Velocity that contacts have to answer [m/s].
     fn velocity(&self, knot: usize) -> Vector3<f64>;
+    /// The same before the forces of the (sub-)step acted, which is what restitution is of [m/s].
+    fn velocity_before(&self, knot: usize) -> Vector3<f64> {
+        self.velocity(knot)
+    }
     /// One over the mass [1/kg].
     fn inverse_mass(&self, knot: usize) -> f64;
     /// Changes the velocity by `weight` times an impulse [N s].
@@ -75,6 +79,8 @@ pub trait NetMotion {
 pub struct MarkedKnots<'a> {
     /// Positions and velocities.
     pub knots: &'a mut Knots,
+    /// Velocities before the forces of the (sub-)step acted [m/s]; empty: none did.
+    pub before: &'a [Vector3<f64>],
     /// One over each knot's mass [1/kg].
     pub inverse_mass: &'a [f64],
     /// Whether a velocity was changed.
@@ -88,6 +94,10 @@ impl NetMotion for MarkedKnots<'_> {
 
     fn velocity(&self, knot: usize) -> Vector3<f64> {
         self.knots.velocity[knot]
+    }
+
+    fn velocity_before(&self, knot: usize) -> Vector3<f64> {
+        self.before.get(knot).copied().unwrap_or(self.knots.velocity[knot])
     }
 
     fn inverse_mass(&self, knot: usize) -> f64 {
@@ -212,6 +222,10 @@ pub struct Parting {
 impl Parting {
     /// Least speed of parting [m/s] at the end of a step of `step` seconds: with restitution −e times that
     /// before (Eq. 4.26), else such that a gap closes at the end of the step and not before.
+    ///
+    /// `speed` is that before the forces of the step acted, as Moreau's time stepping has it. Of the speed after
+    /// them, a fall of n steps would rise by m a h v above where it began (a: acceleration, h: step, v: speed of
+    /// the hit), and a knot that a cable presses on would hop ever higher: 420 times the launch energy with e = 1.
     pub fn wanted_speed(&self, gap: f64, speed: f64, radius: f64, step: f64) -> f64 {
         if self.restitution > 0.0 && speed < 0.0 {
             -self.restitution * speed
@@ -278,8 +292,12 @@ mod tests {
                 velocity: vec![vector![0.3, 0.1, -0.2]; 4],
             };
             let (mut body, mut touched) = (body(), [false; 4]);
-            let mut net =
-                MarkedKnots { knots: &mut knots, inverse_mass: &inverse_mass, touched: &mut touched };
+            let mut net = MarkedKnots {
+                knots: &mut knots,
+                before: &[],
+                inverse_mass: &inverse_mass,
+                touched: &mut touched,
+            };
             let row = row(weights, weights.inverse_mass(&net), arm);
             let momentum = |net: &MarkedKnots<'_>, body: &Body| {
                 let of_knots = (0..4).map(|knot| masses[knot] * net.velocity(knot)).sum::<Vector3<f64>>();
@@ -294,6 +312,24 @@ mod tests {
             let now = momentum(&net, &body);
             assert!((now.0 - kept.0).norm() < 1e-14 && (now.1 - kept.1).norm() < 1e-14);
         }
+    }
+
+    /// A knot falls from 1 m at 1 m/s² onto a floor with e = 1, by steps of a kick, a row and a drift. Measured: 1.0 m; of
+    /// the speed after the kick 16 m after 260 s.
+    #[test]
+    fn a_full_bounce_under_a_steady_pull_rises_no_higher_than_it_fell_from() {
+        let parting = Parting { restitution: 1.0, push_out: PushOut::Speed(1.0) };
+        let (mut gap, mut speed, mut highest, h) = (1.0_f64, 0.0_f64, 0.0_f64, 0.013);
+        for _ in 0..20_000 {
+            let before = speed;
+            speed -= h;
+            if gap + h * speed < 0.0 {
+                speed = parting.wanted_speed(gap, before, 1e-3, h);
+            }
+            gap += h * speed;
+            highest = highest.max(gap);
+        }
+        assert!(highest < 1.0 + 1e-9, "{highest}");
     }
 
     #[test]

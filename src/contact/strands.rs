@@ -273,6 +273,7 @@ impl StrandContacts {
         if pair.folded_into || (gap >= 0.0 && gap + step * speed >= 0.0) {
             return None;
         }
+        let closing = normal.dot(&weights.sum(|knot| net.velocity_before(knot)));
         // The thinner strand's: one that went through another would be shot off.
         let [one, other] = pair.strands.map(|strand| self.strands[strand as usize].radius);
         let radius = one.min(other);
@@ -285,7 +286,7 @@ impl StrandContacts {
             gap,
             velocity,
             speed,
-            wanted_speed: self.parting.wanted_speed(gap, speed, radius, step),
+            wanted_speed: self.parting.wanted_speed(gap, closing, radius, step),
             softness: 0.0,
             // From nothing: in a wad the impulses of the step before are no guess, and passes that end
             // before they have taken a bad one back leave its energy behind.

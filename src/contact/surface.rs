@@ -140,6 +140,7 @@ impl SurfaceContacts {
         let target = self.inverse_inertia.at(body);
         let before = *body;
         self.solver.solve(&mut self.rows, net, body, &target, step);
+        let is_force = matches!(self.solver.normal, NormalSolver::Penalty { .. });
         for (row, &plane) in self.rows.iter().zip(&self.planes_of) {
             let plane = &mut self.planes[plane];
             plane.impulse = row.impulse;
@@ -150,6 +151,9 @@ impl SurfaceContacts {
                 net.mark(knot);
             }
             plane.add(row, &before, body);
+            if is_force {
+                plane.record.force = plane.record.force.max(row.impulse / step);
+            }
         }
     }
 
@@ -177,9 +181,20 @@ impl SurfaceContacts {
         }
     }
 
-    /// Adds the contacts within the step from `before` to `after` to `contacts`.
-    pub fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
-        contacts.extend(self.planes.iter().filter_map(|plane| plane.contact(before, after)));
+    /// Adds the contacts within the step from `before` to `after` to `contacts`; what forces on knots hold then, with
+    /// `body` as it is after the step.
+    pub fn report(&self, before: &Knots, after: &Knots, body: Option<&Body>, contacts: &mut Vec<Contact>) {
+        let force = match &self.solver.normal {
+            NormalSolver::Penalty { force, deepest: None } => Some(force),
+            _ => None,
+        };
+        contacts.extend(self.planes.iter().filter_map(|plane| {
+            let mut contact = plane.contact(before, after)?;
+            if let (Some(force), Some(body)) = (force, body) {
+                contact.stored = force.energy(contact.knot, plane.depth(after, body));
+            }
+            Some(contact)
+        }));
     }
 
     /// Energy that forces on cables hold where these are pressed in now [J].

@@ -30,6 +30,12 @@ impl ContactWork {
         self.from_surface[1] += across.dot(surface);
     }
 
+    /// Direction and length of the impulses along the normals together [-, N s].
+    pub fn mean_normal(&self) -> (Vector3<f64>, f64) {
+        let length = self.along.norm();
+        (self.along / length, length)
+    }
+
     /// Writes work and losses within a step from `before` to `after` to `contact`.
     pub fn settle(&self, contact: &mut Contact, before: &Knots, after: &Knots) {
         let mean = 0.5 * (contact.at_place(&before.velocity) + contact.at_place(&after.velocity));

@@ -15,7 +15,7 @@ use crate::assets::Kind;
 use crate::field::profile::{self, ProfileRow, Values};
 use crate::interaction::Interaction;
 use crate::limits::Limit;
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::problems::Problems;
 use crate::read::join;
 use crate::target::files::Files;
@@ -100,6 +100,16 @@ impl Parameters for Cabin {
 
     fn loaded(&self) -> Vec<f64> {
         self.rows.iter().flat_map(ProfileRow::numbers).collect()
+    }
+
+    fn ask(&self, options: &mut BuildOptions) {
+        let profile::CabinMotion { constant, rows, .. } = self.motion();
+        // A cabin at rest without gravity is as good as none.
+        options.has_fields |= !rows.is_empty() || constant != Values::default();
+        let of_row = |row: &ProfileRow| {
+            Vector3::new(row.gravity_x_m_s2, row.gravity_y_m_s2, row.gravity_z_m_s2).norm()
+        };
+        options.gravity = constant.gravity.norm() + rows.iter().map(of_row).fold(0.0, f64::max);
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {

@@ -14,6 +14,7 @@
 //! what the normal impulses take goes to this effect's row of the ledger, what friction takes to that
 //! of friction.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +22,7 @@ use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::state::{Body, Contact, EffectWork, Knots, State};
 
 /// Contact of cables has no parameters of its own.
@@ -30,6 +31,10 @@ use crate::state::{Body, Contact, EffectWork, Knots, State};
 pub struct CableContact {}
 
 impl Parameters for CableContact {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.has_contact_laws = true;
+    }
+
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let contacts = context.contact_settings().map(|settings| settings.of_cables());
         let about = match contacts {
@@ -37,8 +42,9 @@ impl Parameters for CableContact {
             None => "nothing: the scene has no target".to_owned(),
         };
         let inverse_mass = context.net.mass.iter().map(|mass| 1.0 / mass).collect();
+        let bounces = context.solver.restitution > 0.0;
         let step = context.time_step.step;
-        let cables = TouchingCables { contacts, inverse_mass, step, stored: 0.0 };
+        let cables = TouchingCables { contacts, inverse_mass, bounces, step, stored: 0.0 };
         Interaction::new("cable_contact", about, cables).internal()
     }
 }
@@ -49,6 +55,8 @@ struct TouchingCables {
     contacts: Option<SurfaceContacts>,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
+    /// Whether it bounces.
+    bounces: bool,
     step: f64,
     /// Energy that it held after the last step [J].
     stored: f64,
@@ -65,16 +73,27 @@ impl Effect for TouchingCables {
 }
 
 impl ContactLaw for TouchingCables {
-    fn solve(&mut self, knots: &mut Knots, target: &mut Option<Body>, step: f64, touched: &mut [bool]) {
+    fn solve(
+        &mut self,
+        knots: &mut Knots,
+        before: &[Vector3<f64>],
+        target: &mut Option<Body>,
+        step: f64,
+        touched: &mut [bool],
+    ) {
         if let (Some(contacts), Some(body)) = (&mut self.contacts, target) {
-            let mut net = MarkedKnots { knots, inverse_mass: &self.inverse_mass, touched };
+            let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
             contacts.solve(&mut net, body, step);
         }
     }
 
+    fn bounces(&self) -> bool {
+        self.bounces
+    }
+
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
         if let Some(own) = &self.contacts {
-            own.report(before, after, contacts);
+            own.report(before, after, None, contacts);
         }
     }
 

@@ -16,7 +16,7 @@ use super::Parameters;
 use super::field::Active;
 use crate::field::orbit::{EARTH_RADIUS, OrbitMotion};
 use crate::interaction::Interaction;
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
@@ -112,6 +112,10 @@ impl Orbit {
 }
 
 impl Parameters for Orbit {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.has_fields = true;
+    }
+
     fn load(&mut self, _files: &Files, place: &str, problems: &mut Problems) {
         match (self.altitude_m, self.elements) {
             (None, None) => problems.add(place, "no orbit", "altitude_m or elements"),

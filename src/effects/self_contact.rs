@@ -4,6 +4,7 @@
 //! moment that friction between two of them would put on it. Internal to the net: it takes energy
 //! out and moves momentum between knots.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +12,7 @@ use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::strands::{StrandContacts, bullet_radius};
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::state::{Body, EffectWork, Knots, State};
 
@@ -29,6 +30,10 @@ pub struct SelfContact {
 }
 
 impl Parameters for SelfContact {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.has_contact_laws = true;
+    }
+
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
@@ -36,7 +41,8 @@ impl Parameters for SelfContact {
         let (n_pairs, millimetres) = (contacts.n_pairs(), 1e3 * bullet_radius);
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
         let inverse_mass = net.mass.iter().map(|mass| 1.0 / mass).collect();
-        Interaction::new("self_contact", about, Strands { contacts, inverse_mass }).internal()
+        let strands = Strands { contacts, inverse_mass, bounces: self.restitution > 0.0 };
+        Interaction::new("self_contact", about, strands).internal()
     }
 }
 
@@ -45,6 +51,8 @@ struct Strands {
     contacts: StrandContacts,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
+    /// Whether they bounce.
+    bounces: bool,
 }
 
 impl Effect for Strands {
@@ -58,9 +66,20 @@ impl Effect for Strands {
 }
 
 impl ContactLaw for Strands {
-    fn solve(&mut self, knots: &mut Knots, _: &mut Option<Body>, step: f64, touched: &mut [bool]) {
-        let mut net = MarkedKnots { knots, inverse_mass: &self.inverse_mass, touched };
+    fn solve(
+        &mut self,
+        knots: &mut Knots,
+        before: &[Vector3<f64>],
+        _: &mut Option<Body>,
+        step: f64,
+        touched: &mut [bool],
+    ) {
+        let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
         self.contacts.solve(&mut net, step);
+    }
+
+    fn bounces(&self) -> bool {
+        self.bounces
     }
 }
 

@@ -23,6 +23,7 @@ use crate::interaction::{Effect, EffectOutput, Interaction, Report, StepObserver
 use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::state::{EffectWork, State};
+use crate::step::limits::THROW;
 
 /// Distance of the winch over the side of the net, at least.
 const FAR: f64 = 100.0;
@@ -50,6 +51,7 @@ pub struct Tug {
 impl Parameters for Tug {
     fn ask(&self, options: &mut BuildOptions) {
         options.has_constraints = true;
+        options.pull = options.pull.max(self.force_n.0);
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
@@ -70,6 +72,11 @@ impl Parameters for Tug {
         };
         let distance = self.speed_m_s.map_or(0.0, |speed| 2.0 * speed.0 * self.time_s.0);
         let reach = distance.max(FAR * net.designed_area.sqrt());
+        let mut mechanism = Mechanism::new(vec![Line::new(&route, drive, 0.0)], None, &net.mass);
+        // As for closing threads: contacts of effects are not answered in parts of a step.
+        if context.target.is_some() && (context.acts_in_substeps || !context.options.has_contact_laws) {
+            mechanism.throws_at_most(THROW * context.contact_speed);
+        }
         let about = format!("a tether at the centre knot, {} N", self.force_n.0);
         Interaction::new(
             "tug",
@@ -77,7 +84,7 @@ impl Parameters for Tug {
             Tether {
                 parameters: *self,
                 trigger: TriggerWatch::new(self.start, net),
-                mechanism: Mechanism::new(vec![Line::new(&route, drive, 0.0)], None, &net.mass),
+                mechanism,
                 centre,
                 to_winch: reach * Vector3::from(self.direction).normalize(),
                 started: None,

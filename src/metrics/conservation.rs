@@ -35,10 +35,18 @@ pub struct Conservation {
 /// Energy created from which a run is not to be believed [-].
 pub const CREATED: f64 = 1e-2;
 
+/// Its name among the numbers of a summary.
+pub const SCALAR: &str = "conservation.energy_created";
+
+/// Whether so much `created` energy [-] is not to be believed.
+pub fn is_too_much(created: f64) -> bool {
+    created.is_nan() || created > CREATED
+}
+
 impl Conservation {
     /// Whether the method created so much energy that the run is not to be believed.
     pub fn is_broken(&self) -> bool {
-        self.energy_created.is_nan() || self.energy_created > CREATED
+        is_too_much(self.energy_created)
     }
 
     /// The residuals of `run`.

@@ -80,9 +80,10 @@ pub struct Summary {
 pub struct ContactSummary {
     /// End of the step with the first impulse [s]; null without any.
     pub first_contact_s: Option<f64>,
-    /// Largest impulse of one contact within a step [N s].
+    /// Largest impulse of one contact within a millisecond, or a step where that is longer: a hit that falls into
+    /// two steps is one [N s].
     pub max_impulse_n_s: f64,
-    /// The same over the step, as a force [N].
+    /// Largest force [N]: with `penalty` the force itself, with impulses that impulse over the same time.
     pub max_force_n: f64,
     /// Deepest overlap [m].
     pub max_penetration_m: f64,
@@ -203,7 +204,7 @@ impl Summary {
             contact: has_target.then_some(ContactSummary {
                 first_contact_s: extremes.first_contact,
                 max_impulse_n_s: extremes.impulse,
-                max_force_n: extremes.impulse / step,
+                max_force_n: extremes.force,
                 max_penetration_m: extremes.penetration,
                 detections: run.work.detections,
                 contacts: run.work.contacts,

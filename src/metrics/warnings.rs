@@ -10,7 +10,7 @@
 //! | the method created energy | after |
 
 use super::capture::Curves;
-use super::conservation::Conservation;
+use super::conservation::{CREATED, Conservation};
 use crate::case::Case;
 use crate::run::Run;
 use crate::target::Target;
@@ -42,8 +42,8 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
     let kept = Conservation::of(case, run);
     if kept.is_broken() {
         warnings.push(format!(
-            "the method created {:.1e} of the launch energy and the work put in: this run is not to be believed, try a \
-             smaller solver.step_s",
+            "the method created {:.1e} of the launch energy and the work put in, more than {CREATED}: this run is not to be \
+             believed, try a smaller solver.step_s",
             kept.energy_created
         ));
     }

@@ -132,11 +132,18 @@ impl Net {
         make_of: impl Fn(&GridLine) -> &'a CableMake,
     ) {
         let mut cables = Vec::with_capacity(lines.len() * (spec.middle_knots as usize + 1));
+        let uncut = self.uncut_masses(spec, lines, &make_of);
         for line in lines {
             let make = make_of(line);
-            let rest_length = spec.mesh_length_m.sides()[line.along] / f64::from(spec.middle_knots + 1);
-            let stiffness =
-                cable::stiffness(make.material.young_modulus_pa.0, make.cross_section(), rest_length);
+            let n_pieces = f64::from(spec.middle_knots + 1);
+            let whole_length = spec.mesh_length_m.sides()[line.along];
+            let rest_length = whole_length / n_pieces;
+            let stiffness_of =
+                |length| cable::stiffness(make.material.young_modulus_pa.0, make.cross_section(), length);
+            let stiffness = stiffness_of(rest_length);
+            // Dashpots in a row: a line of c has pieces of n c each, however finely it is cut.
+            let lesser = uncut[line.ends[0]].min(uncut[line.ends[1]]);
+            let damping = n_pieces * cable::damping(make.damping_ratio, lesser, stiffness_of(whole_length));
             for [a, b] in line.pieces() {
                 let (mass_a, mass_b) = (self.mass[a], self.mass[b]);
                 cables.push(Cable {
@@ -144,13 +151,34 @@ impl Net {
                     b,
                     rest_length,
                     stiffness,
-                    damping: cable::damping(make.damping_ratio, mass_a.min(mass_b), stiffness),
+                    damping,
                     reduced_mass: mass_a * mass_b / (mass_a + mass_b),
                     breaking_tension: make.material.tensile_strength_pa.0 * make.cross_section(),
                 });
             }
         }
         self.cables = cables.into();
+    }
+
+    /// Masses of the grid knots of the same net without middle knots (Eq. 3.2) [kg], which Eq. 3.4 takes.
+    fn uncut_masses<'a>(
+        &self,
+        spec: &spec::NetSpec,
+        lines: &[GridLine],
+        make_of: impl Fn(&GridLine) -> &'a CableMake,
+    ) -> Vec<f64> {
+        let mut uncut = vec![0.0; self.grid[0] * self.grid[1]];
+        for line in lines {
+            let (make, length) = (make_of(line), spec.mesh_length_m.sides()[line.along]);
+            let half_mass = 0.5 * make.material.density_kg_m3.0 * make.cross_section() * length;
+            for knot in line.ends {
+                uncut[knot] += half_mass;
+            }
+        }
+        for corner in self.bullets {
+            uncut[corner] = spec.bullet_mass_kg.0;
+        }
+        uncut
     }
 
     /// Gives the bullets their velocities [m/s]; all else stays at rest.

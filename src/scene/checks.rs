@@ -206,9 +206,30 @@ pub fn check_built(
         );
     }
     check_clear(net, target, problems);
-    let speed = demands.fastest();
+    if scene.effects.cable_contact.is_some()
+        && !problems.list.iter().any(|known| known.place == "target.distance_m")
+    {
+        check_cables_clear(net, target, problems);
+    }
+    check_thin_parts(demands, target, step, problems);
+}
+
+/// Checks that no knot crosses half of a part within a step of `step` seconds, by its own speed or as a thread pulls it.
+fn check_thin_parts(demands: &Demands<'_>, target: &Target, step: f64, problems: &mut Problems) {
+    let (speed, of_pull) = (demands.fastest(), demands.pulled_step());
     // A hair above the limit is the rounding of a step that was chosen by it.
-    if step > demands.thin_step() * (1.0 + 1e-9) {
+    let exceeds = |limit: f64| step > limit * (1.0 + 1e-9);
+    if exceeds(of_pull) {
+        problems.add(
+            "solver.step_s",
+            format!("{step}: a pull of {} N moves the lightest knot through a part within it", demands.options.pull),
+            format!(
+                "at most {of_pull:.3e} s, in which it moves by half the thinnest part of the target, {:.3e} m",
+                target.thinnest
+            ),
+        );
+    }
+    if exceeds(demands.thin_step()) {
         problems.add(
             "solver.step_s",
             format!("{step}: at {speed:.3} m/s a knot moves {:.3e} m within it", speed * step),
@@ -279,6 +300,38 @@ const MAX_OVERLAP: f64 = 0.01;
 
 /// Overlaps after which no deeper one is looked for.
 const ENOUGH: usize = 1000;
+
+/// Checks that the cables of the folded net are clear of the target, where they touch it: the way out of a part that a
+/// cable lies through is no one's to say.
+fn check_cables_clear(net: &Net, target: &Target, problems: &mut Problems) {
+    let folded =
+        |knot: usize| target.attitude.inverse_transform_vector(&(net.folded[knot] - target.position));
+    let mut deepest: Option<(usize, usize, f64)> = None;
+    for (index, cable) in net.cables.iter().enumerate() {
+        let (from, to, radius) = (folded(cable.a), folded(cable.b), net.cable_radius(index));
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from).norm());
+        if middle.norm() > target.bounding_radius + radius + half {
+            continue;
+        }
+        for (number, part) in target.parts.iter().enumerate() {
+            if part.is_farther(&middle, radius + half) {
+                continue;
+            }
+            let overlap = part.deepest_between(&from, &to) + radius;
+            if overlap > MAX_OVERLAP * radius && deepest.is_none_or(|(_, _, known)| overlap > known) {
+                deepest = Some((index, number, overlap));
+            }
+        }
+    }
+    if let Some((cable, part, overlap)) = deepest {
+        problems.add(
+            "target.distance_m",
+            format!("cable {cable} of the folded net {overlap:.3e} m inside part {part} of the target"),
+            "a target clear of the folded net's cables, which touch it with effects.cable_contact: farther away, or a \
+             smaller net.fold.ratio",
+        );
+    }
+}
 
 /// Checks that the folded net is clear of the target.
 fn check_clear(net: &Net, target: &Target, problems: &mut Problems) {

@@ -16,9 +16,13 @@
 /// every cable gains 3e-4, 8e-4 and 2e-3 of the launch energy with 1e-4, 2e-4 and 3e-4.
 const TOLERANCE: f64 = 2e-4;
 
-/// The number of parts, between 1 and its bound.
+/// Parts of a step, at most.
+pub const MOST_PARTS: u32 = 4096;
+
+/// The number of parts, between its bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveSubstep {
+    least: u32,
     most: u32,
     now: u32,
     /// Largest energy of the net so far [J].
@@ -26,9 +30,15 @@ pub struct AdaptiveSubstep {
 }
 
 impl AdaptiveSubstep {
-    /// Starts with whole steps; at most `most` parts.
-    pub fn new(most: u32) -> AdaptiveSubstep {
-        AdaptiveSubstep { most: most.max(1), now: 1, scale: 0.0 }
+    /// Starts with `least` parts; at most `most`.
+    pub fn new(least: u32, most: u32) -> AdaptiveSubstep {
+        let least = least.max(1);
+        AdaptiveSubstep { least, most: most.max(least), now: least, scale: 0.0 }
+    }
+
+    /// Hears that the coming step needs so many parts at least, whatever its energy.
+    pub fn at_least(&mut self, parts: u32) {
+        self.now = self.now.max(parts.min(MOST_PARTS));
     }
 
     /// Parts of the coming step.
@@ -38,7 +48,7 @@ impl AdaptiveSubstep {
 
     /// Whether steps may be cut at all.
     pub fn may_cut(&self) -> bool {
-        self.most > 1
+        self.most > self.least
     }
 
     /// Hears that cables made `gain` of energy in a step that ended with `energy` in the net [J], and
@@ -52,7 +62,7 @@ impl AdaptiveSubstep {
             return false;
         }
         self.scale = self.scale.max(energy);
-        self.now = (self.now - (self.now / 8).max(1)).max(1);
+        self.now = (self.now - (self.now / 8).max(1)).max(self.least);
         true
     }
 
@@ -68,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_step_that_makes_energy_is_cut_until_it_makes_none() {
-        let mut substep = AdaptiveSubstep::new(24);
+        let mut substep = AdaptiveSubstep::new(1, 24);
         substep.start(1.0);
         let mut asked = vec![substep.now()];
         while !substep.accept(1e-3, 1.001, false) {

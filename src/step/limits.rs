@@ -2,9 +2,10 @@
 
 use crate::contact::penalty::PenaltyForce;
 use crate::net::Net;
-use crate::options::TimeStep;
+use crate::options::{BuildOptions, TimeStep};
 use crate::solver::{ContactModel, Solver};
 use crate::target::Target;
+use crate::target::spec::Motion;
 
 /// Steps that suit a method on a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +17,12 @@ pub struct StepLimits {
     /// The steps that it takes: those that the scene asks for, or its own.
     pub chosen: TimeStep,
 }
+
+/// Share of the speed of contact to which a thread may throw a knot within a part of a step [-]: what it throws, cables
+/// and contacts catch with what iterations they have. Energy made on the Cubesat with its tube at 1, 5 and 20 N, over
+/// the launch energy and the winches' work: 3e-3, 8e-2 and 5e-2 with whole steps (and knots 19 mm deep), 3e-3, 7e-4 and
+/// 2e-3 with 1, some 1e-4 to 8e-4 with this.
+pub const THROW: f64 = 0.5;
 
 /// What a scene demands of a step.
 #[derive(Clone, Copy)]
@@ -30,19 +37,33 @@ pub struct Demands<'a> {
     pub launch_speed: f64,
     /// Time between two frames [s].
     pub sample: f64,
-    /// Whether something holds knots within a step.
-    pub has_constraints: bool,
+    /// What effects ask for.
+    pub options: BuildOptions,
 }
 
 impl Demands<'_> {
     /// Speed of the fastest that is to meet: bullets, and the target's farthest point [m/s].
     pub fn fastest(&self) -> f64 {
-        self.launch_speed + self.rim_speed()
+        self.launch_speed + self.rim_speed() + self.target_speed()
     }
 
-    /// Speed of a contact, at most: a snap can double a knot's speed [m/s]; 0 without a target.
+    /// Speed of a contact, at most: a snap can double a knot's speed, and a net falls onto a target that is held
+    /// against the field [m/s]; 0 without a target.
     pub fn contact_speed(&self) -> f64 {
-        if self.target.is_some() { 2.0 * self.launch_speed + self.rim_speed() } else { 0.0 }
+        let Some(target) = self.target else { return 0.0 };
+        let shot = 2.0 * self.launch_speed;
+        let falls = self.options.gravity > 0.0 && target.motion != Motion::Free;
+        let net = if falls {
+            let way = target.position.norm() + target.bounding_radius + self.net.designed_area.sqrt();
+            (shot * shot + 2.0 * self.options.gravity * way).sqrt()
+        } else {
+            shot
+        };
+        net + self.rim_speed() + self.target_speed()
+    }
+
+    fn target_speed(&self) -> f64 {
+        self.target.map_or(0.0, |target| target.velocity.norm())
     }
 
     fn rim_speed(&self) -> f64 {
@@ -53,6 +74,27 @@ impl Demands<'_> {
     /// of a part a knot is pushed out on its far side. Infinite without a target.
     pub fn thin_step(&self) -> f64 {
         self.target.map_or(f64::INFINITY, |target| 0.5 * target.thinnest / self.fastest())
+    }
+
+    /// Largest step within which the pull of a thread moves no knot by half of the target's thinnest part [s]: where
+    /// solvers of our own look for contacts once a step, a knot would be beyond the middle before it is looked at. A
+    /// thread that turns back at a knot pulls twice. Infinite without.
+    pub fn pulled_step(&self) -> f64 {
+        let lightest = self.net.mass.iter().copied().fold(f64::INFINITY, f64::min);
+        match self.target {
+            Some(target) if self.options.pull > 0.0 && self.solver.contact != ContactModel::Rapier => {
+                (0.5 * target.thinnest * lightest / self.options.pull).sqrt()
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Step that suits the pull of threads where they act once in each [s]: the lightest knot is thrown no faster than
+    /// what others catch (see [`THROW`]). Infinite without a target.
+    pub fn throwing_step(&self) -> f64 {
+        let lightest = self.net.mass.iter().copied().fold(f64::INFINITY, f64::min);
+        let pulls = self.target.is_some() && self.options.pull > 0.0;
+        if pulls { THROW * self.contact_speed() * lightest / self.options.pull } else { f64::INFINITY }
     }
 
     /// Distance from which solvers of our own look for contacts [m].
@@ -72,6 +114,7 @@ impl Demands<'_> {
         if !self.has_contact_force() {
             return f64::INFINITY;
         }
-        PenaltyForce::new(self.net, &self.solver.penalty).stable_step(self.net, self.contact_speed())
+        let force = PenaltyForce::new(self.net, &self.solver.penalty);
+        force.stable_step(self.net, self.contact_speed(), 2.0 * self.options.pull)
     }
 }

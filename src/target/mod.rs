@@ -40,6 +40,8 @@ pub struct Target {
     pub attitude: UnitQuaternion<f64>,
     /// Angular velocity at the start, in the body frame [rad/s].
     pub spin: Vector3<f64>,
+    /// Velocity at the start [m/s]; none of a target that is held.
+    pub velocity: Vector3<f64>,
     /// What its motion answers to.
     pub motion: Motion,
     /// Volume of the convex hull of all parts [m^3]; round parts count as polyhedra.
@@ -113,6 +115,7 @@ impl Target {
             position: Vector3::new(spec.distance_m, spec.offset_m[0], spec.offset_m[1]),
             attitude: parts::turns(spec.attitude_deg),
             spin: spec.spin_rad_s.into(),
+            velocity: spec.velocity_m_s.into(),
             motion: spec.motion,
             hull_volume: hull.volume(),
             hull_surface: hull.surface(),
@@ -137,6 +140,11 @@ fn check_start(spec: &spec::TargetSpec, place: &str, problems: &mut Problems) {
     check("offset_m", &spec.offset_m);
     check("attitude_deg", &spec.attitude_deg);
     check("spin_rad_s", &spec.spin_rad_s);
+    check("velocity_m_s", &spec.velocity_m_s);
+    if spec.motion != Motion::Free && spec.velocity_m_s != [0.0; 3] {
+        let found = format!("{:?} of a target that is held in place", spec.velocity_m_s);
+        problems.add(join(place, "velocity_m_s"), found, "[0, 0, 0], or \"motion\": \"free\"");
+    }
 }
 
 /// The parts of a shape, or every fault in them.

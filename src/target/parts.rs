@@ -272,6 +272,12 @@ impl ConvexPart {
         self.primitive.depth(&self.to_part(point))
     }
 
+    /// How deep the way from one point of the body frame to another comes inside [m].
+    pub fn deepest_between(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+        let [from, to] = [from, to].map(|point| self.to_part(point));
+        deepest(|share| self.primitive.depth(&(from + share * (to - from))))
+    }
+
     /// Whether a point of the body frame is surely farther than `distance` outside [m].
     pub fn is_farther(&self, point: &Vector3<f64>, distance: f64) -> bool {
         self.primitive.is_farther(&self.to_part(point), distance)
@@ -300,6 +306,21 @@ impl ConvexPart {
     fn to_part(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.pose.inverse_transform_point(&(*point).into()).coords
     }
+}
+
+/// The largest value of a concave function on [0, 1], by golden sections.
+fn deepest(depth: impl Fn(f64) -> f64) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..40 {
+        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        if depth(a) < depth(b) {
+            low = a;
+        } else {
+            high = b;
+        }
+    }
+    depth(0.5 * (low + high))
 }
 
 impl Solid {
@@ -484,5 +505,13 @@ mod tests {
         for (primitive, expected) in primitives().iter().zip(expected) {
             assert!((primitive.thickness() - expected).abs() < 1e-12, "{primitive:?}");
         }
+    }
+
+    #[test]
+    fn deepest_point_of_a_way_through_a_panel() {
+        let primitive = Primitive::Cuboid { half: [1e-3, 1.0, 1.0] };
+        let (from, to) = (Vector3::new(-0.9, 0.0, 0.0), Vector3::new(0.1, 0.2, 0.0));
+        let deepest = deepest(|share| primitive.depth(&(from + share * (to - from))));
+        assert!((deepest - 1e-3).abs() < 1e-8, "{deepest}");
     }
 }

@@ -26,9 +26,18 @@ pub struct TargetSpec {
     /// Angular velocity in the body frame [rad/s].
     #[serde(default)]
     pub spin_rad_s: [f64; 3],
+    /// Velocity of its centre of mass at the start [m/s]; of a free target only. What is caught is seldom at rest
+    /// before the chaser.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub velocity_m_s: [f64; 3],
     /// What its motion answers to.
     #[serde(default)]
     pub motion: Motion,
+}
+
+/// A target at rest says nothing of it, so the hash of its scene is as ever.
+fn is_zero(velocity: &[f64; 3]) -> bool {
+    *velocity == [0.0; 3]
 }
 
 /// What the motion of a target answers to.

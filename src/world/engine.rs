@@ -67,13 +67,14 @@ impl World {
         // of the Cubesat met a knot the engine had not seen, 0.25 mm deep; with four times the
         // deepest of 20 runs was 2e-3 mm.
         let fastest = net.launch_velocity.iter().map(|v| v.norm()).fold(0.0, f64::max)
-            + target.map_or(0.0, |target| target.spin.norm() * target.bounding_radius);
+            + target
+                .map_or(0.0, |target| target.spin.norm() * target.bounding_radius + target.velocity.norm());
         let thickest = net.radius.iter().copied().fold(0.0, f64::max);
         let reach = (4.0 * fastest * setup.step).max(thickest);
 
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::ZERO;
-        physics.integration_parameters = settings::parameters(setup.step, setup.substeps, reach);
+        physics.integration_parameters = settings::parameters(setup.step, reach);
         let knots: Vec<_> = (0..net.n_knots())
             .map(|knot| {
                 physics.bodies.insert(
@@ -187,6 +188,10 @@ impl World {
                 self.physics.colliders[handle].set_enabled(true);
             }
         }
+    }
+
+    pub fn look_ahead(&self) -> f64 {
+        self.target.as_ref().map_or(0.0, |target| target.reach)
     }
 
     pub fn apart(&self, state: &State) -> bool {
@@ -306,6 +311,7 @@ fn insert_target(
     let body = physics.bodies.insert(
         RigidBodyBuilder::new(kind)
             .pose(engines_pose_of(&target.position, &target.attitude))
+            .linvel(engines(&target.velocity))
             .angvel(engines(&spin))
             // Without the gyroscopic term a body tumbling about its middle axis never flips.
             .gyroscopic_forces_enabled(true)

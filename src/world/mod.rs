@@ -30,8 +30,6 @@ pub use double::engine::settings;
 pub struct Setup {
     /// Time step [s].
     pub step: f64,
-    /// Sub-steps of the engine within a step.
-    pub substeps: u32,
     /// Friction of contacts, where there is any.
     pub friction: Option<Law>,
     /// Whether the engine finds and answers contacts.
@@ -125,6 +123,11 @@ impl World {
     /// Applies the forces on knots over the next step; none where no effect applies any.
     pub fn apply(&mut self, forces: &Forces) {
         either!(Engine, &mut self.0, engine => engine.apply(forces));
+    }
+
+    /// How far from each other the engine sees a knot and a part [m]; 0 without contacts.
+    pub fn look_ahead(&self) -> f64 {
+        either!(Engine, &self.0, engine => engine.look_ahead())
     }
 
     /// Whether net and target are out of reach of each other.

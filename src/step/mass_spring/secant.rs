@@ -319,7 +319,8 @@ impl Secant {
             let tension =
                 (share * (0.5 * stiffness[i] * (s0 + s1) + damping[i] * change * over_step)).max(0.0);
             let room = change * change + (debt[i].abs() + floor) * step * step * gentle[i];
-            let along = (tension + debt[i] * change / room) / (length[i] + r1);
+            // Knots at one place have no direction, and nothing to pull along it.
+            let along = (tension + debt[i] * change / room) / (length[i] + r1).max(f64::MIN_POSITIVE);
             law[i] = tension;
             px[i] = along * (dx[i] + ex[i]);
             py[i] = along * (dy[i] + ey[i]);

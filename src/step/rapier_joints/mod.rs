@@ -29,7 +29,7 @@ impl Method for Joints {
     fn limits(&self, demands: &Demands<'_>) -> StepLimits {
         let Demands { solver, net, .. } = *demands;
         let stable = demands.stable_contact_step();
-        let takes_turns = demands.has_contact_force() || demands.has_constraints;
+        let takes_turns = demands.has_contact_force() || demands.options.has_constraints;
         let safe = if takes_turns { RESOLVES } else { SAFE } * stable;
         let step = match solver.step_s {
             Some(step) => step.0,
@@ -37,8 +37,13 @@ impl Method for Joints {
             // The engine's cables and a response of our own take turns, so neither feels the other
             // within a step: a knot that contact holds lets its neighbour stretch the cable. Energy
             // gained on the free-floating Cubesat, over the launch energy: 3 at 0.5 ms, 0.2 at 0.2 ms,
-            // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables.
-            None => JOINTS_STEP.min(demands.thin_step()).min(safe).min(RESOLVES * stable_step(net)),
+            // 0.02 at 0.1 ms, 2e-3 at 0.05 ms, where a step resolves the cables. Rises above a minimum on a small
+            // capture: 4e-2 at 0.1 ms, 3e-3 at 0.05 ms, less than 1e-3 at half of that.
+            None => {
+                let found = demands.thin_step().min(demands.pulled_step());
+                let found = found.min(demands.throwing_step());
+                JOINTS_STEP.min(found).min(safe).min(0.5 * RESOLVES * stable_step(net))
+            }
         };
         StepLimits { stable, safe, chosen: TimeStep { step, substeps: solver.substeps } }
     }
@@ -86,6 +91,8 @@ pub struct RapierJoints {
     inverse_mass: Vec<f64>,
     target: Option<Target>,
     launch_energy: f64,
+    /// Where the engine's contacts need parts that are short enough.
+    near: Option<NearTarget>,
     /// Into how many parts a step is cut.
     substep: AdaptiveSubstep,
     cuts: Cuts,
@@ -100,7 +107,14 @@ pub struct RapierJoints {
     touched: Vec<bool>,
     unconstrained: Vec<Vector3<f64>>,
     step: f64,
-    substeps: u32,
+}
+
+/// Around a target whose contacts the engine solves.
+struct NearTarget {
+    /// Distance from its centre from which a knot is near [m].
+    around: f64,
+    /// Farthest way of a knot within a part of a step [m].
+    way: f64,
 }
 
 /// What contacts of effects changed in a step.
@@ -119,7 +133,6 @@ impl RapierJoints {
         let by_engine = solver.contact == ContactModel::Rapier;
         let setup = Setup {
             step: time_step.step,
-            substeps: time_step.substeps,
             friction: options.friction,
             has_contacts: by_engine,
             precision: solver.precision,
@@ -132,8 +145,12 @@ impl RapierJoints {
             flight: (solver.flight == Flight::Explicit).then(|| MassSpring::flight(context)),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             target: target.cloned(),
+            near: target.filter(|_| by_engine).map(|target| NearTarget {
+                around: target.bounding_radius + world.look_ahead(),
+                way: world.look_ahead().min(0.5 * target.thinnest),
+            }),
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
-            substep: AdaptiveSubstep::new(most_parts(context)),
+            substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context)),
             answered: Answered::default(),
             given: Vec::new(),
             work_of_effects: 0.0,
@@ -142,7 +159,6 @@ impl RapierJoints {
             touched: vec![false; net.n_knots()],
             unconstrained: Vec::new(),
             step: time_step.step,
-            substeps: time_step.substeps,
             world,
         }
     }
@@ -179,6 +195,21 @@ impl RapierJoints {
         gain
     }
 
+    /// Parts in which no knot near the target comes farther, as seen from it, than the engine looks ahead, and
+    /// through no more than half of a thin part. What the speed of the shot asks for is in the step already: this
+    /// is for what falls, is pulled or thrown.
+    fn parts_of_motion(&self, state: &State) -> u32 {
+        let (Some(near), Some(body)) = (&self.near, &state.target) else { return 1 };
+        let mut farthest = 0.0;
+        for (position, velocity) in state.knots.position.iter().zip(&state.knots.velocity) {
+            let way = self.step * (velocity - body.velocity_at(*position)).norm();
+            if way > farthest && (position - body.position).norm() < near.around + way {
+                farthest = way;
+            }
+        }
+        (farthest / near.way).ceil().max(1.0) as u32
+    }
+
     /// The step in so many parts that cables make no energy and constraints hold; how often it was cut.
     fn cut_as_needed(
         &mut self,
@@ -195,6 +226,10 @@ impl RapierJoints {
         let may_cut = self.substep.may_cut();
         if may_cut {
             with.checkpoint();
+        }
+        self.substep.at_least(self.parts_of_motion(state));
+        if with.constrain() && !self.contacts.is_own() {
+            self.substep.at_least(with.parts(self.step));
         }
         self.cuts.begin();
         let mut cuts = 0;
@@ -249,8 +284,8 @@ impl RapierJoints {
             // Detection, contact rows, cable rows and motion, sub-step by sub-step.
             self.world.apply(&state.forces);
             self.world.advance(state, step, self.iterations.now());
-            work.substeps += u64::from(self.substeps);
-            work.sweeps += u64::from(self.iterations.now() * self.substeps);
+            work.substeps += 1;
+            work.sweeps += u64::from(self.iterations.now());
             work.detections += u64::from(self.world.detecting());
             self.check_world(state)?;
             clock.lap(&mut work.stages.world);
@@ -313,7 +348,7 @@ impl RapierJoints {
             // No part has begun: the memory of its start is free.
             let (knots, mut target) = (&mut self.starts[1].knots, state.target);
             knots.clone_from(&state.knots);
-            with.solve_contacts(knots, &mut target, self.step, &mut self.touched);
+            with.solve_contacts(knots, &[], &mut target, self.step, &mut self.touched);
             self.answered.is_known = true;
             self.answered.knots.clear();
             for (knot, touched) in self.touched.iter_mut().enumerate() {
@@ -478,6 +513,10 @@ impl NetMotion for MovedKnots<'_> {
 
     fn velocity(&self, knot: usize) -> Vector3<f64> {
         self.end.velocity[knot]
+    }
+
+    fn velocity_before(&self, knot: usize) -> Vector3<f64> {
+        self.start.velocity[knot]
     }
 
     fn inverse_mass(&self, knot: usize) -> f64 {

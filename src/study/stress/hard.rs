@@ -37,6 +37,18 @@ pub enum Theme {
     LargeStep,
     /// Ten thousand knots.
     Size,
+    /// Steps of parts.
+    Substeps,
+    /// Contacts that bounce while cables press them on.
+    Restitution,
+    /// Threads that throw knots about.
+    Winch,
+    /// Falls, tugs and threads onto thin parts.
+    Pulled,
+    /// Targets that turn whatever touches them.
+    PrescribedSpin,
+    /// Effects by twos, and all together.
+    Together,
 }
 
 impl Theme {
@@ -56,6 +68,12 @@ impl Theme {
             Theme::LongRun => "long run",
             Theme::LargeStep => "large step",
             Theme::Size => "size",
+            Theme::Substeps => "sub-steps",
+            Theme::Restitution => "restitution",
+            Theme::Winch => "strong winches",
+            Theme::Pulled => "falls and tugs onto thin parts",
+            Theme::PrescribedSpin => "prescribed spin",
+            Theme::Together => "pairs of effects",
         }
     }
 }

@@ -20,7 +20,8 @@ const THROUGH: f64 = 0.45;
 /// The numbers that must hold: as bounds, or as measured. What is absent is not asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Numbers {
-    /// Largest energy above that of the start and the work put in, over both together [-].
+    /// Largest rise of all energy above any earlier minimum, less what came in from outside, over the energy at
+    /// the start and the work put in [-]. What effects between net and target make counts as made.
     pub energy: Option<f64>,
     /// Largest change of momentum that nothing outside explains, over the largest sum of all bodies'
     /// mass times speed [-].
@@ -205,11 +206,8 @@ impl Gauge {
             - self.start_angular_momentum
             - (audit.outside_angular_impulse - self.centre.cross(&audit.outside_impulse));
         self.angular_momentum = larger(self.angular_momentum, angular.norm());
-        let ledger = &audit.ledger;
-        self.energy = larger(self.energy, ledger.own() - ledger.start);
-        // What came in since the start, whatever went out again: the largest so far.
-        let work = ledger.drive.max(0.0) + ledger.effects.iter().map(|work| work.max(0.0)).sum::<f64>();
-        self.work = self.work.max(ledger.start + work);
+        self.energy = larger(self.energy, audit.ledger.created / audit.energy_scale());
+        self.work = self.work.max(audit.ledger.start + audit.ledger.put_in);
     }
 
     /// Where the knots are in the parts, and where they went within the step.
@@ -227,7 +225,7 @@ impl Gauge {
                 let limit = THROUGH * thickness;
                 // No point of the way is deeper than this.
                 if 0.5 * (depths[0] + depths[1] + way) > limit && !self.through[knot] {
-                    self.through[knot] = deepest(|share| part.depth(&(from + share * (to - from)))) > limit;
+                    self.through[knot] = part.deepest_between(&from, &to) > limit;
                 }
             }
         }
@@ -242,7 +240,7 @@ impl Gauge {
         let answer = case.net().cables.iter().map(strain_of).fold(0.0, f64::max);
         let touches = case.target().is_some();
         Numbers {
-            energy: Some(over(self.energy.max(0.0), self.work)),
+            energy: Some(self.energy),
             momentum: Some(over(self.momentum, self.motion)),
             angular_momentum: Some(over(self.angular_momentum, self.spin_momentum + self.motion * self.arm)),
             overlap: touches.then_some(self.overlap.max(0.0)),
@@ -273,32 +271,9 @@ fn scene_size(case: &Case, state: &State) -> (Vector3<f64>, f64) {
     (centre, farthest.max(0.5 * case.net().designed_area.sqrt()))
 }
 
-/// The largest value of a concave function on [0, 1], by golden sections.
-fn deepest(depth: impl Fn(f64) -> f64) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..40 {
-        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        if depth(a) < depth(b) {
-            low = a;
-        } else {
-            high = b;
-        }
-    }
-    depth(0.5 * (low + high))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn deepest_point_of_a_way_through_a_panel() {
-        let panel = crate::target::parts::Primitive::Cuboid { half: [1e-3, 1.0, 1.0] };
-        let (from, to) = (Vector3::new(-0.9, 0.0, 0.0), Vector3::new(0.1, 0.2, 0.0));
-        let deepest = deepest(|share| panel.depth(&(from + share * (to - from))));
-        assert!((deepest - 1e-3).abs() < 1e-8, "{deepest}");
-    }
 
     #[test]
     fn what_is_not_a_number_breaks_every_bound() {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use super::{OVERLAPS, SOFT, TOO_LONG, net, with, with_target};
+use super::{COARSE, OVERLAPS, RISES, SOFT, TOO_LONG, net, with, with_target};
 use crate::case::Built;
 use crate::study::stress::hard::{StressCase, Theme};
 
@@ -79,7 +79,8 @@ fn edges() -> [StressCase; 5] {
             "the middle row of knots falls on a wedge of 11 degrees, where the normal jumps",
             onto(wedge, 0.3, json!({})),
         )
-        .starting(all_alike),
+        .starting(all_alike)
+        .limited("explicit+impulse", COARSE, &["solver.step_s=2e-5"], &RISES),
         StressCase::new(
             Theme::Edges,
             "needle",
@@ -144,7 +145,9 @@ fn overlaps() -> [StressCase; 4] {
                 with_target(shot(), cube.clone(), 0.3, json!({ "mass_kg": 1.0 })),
                 json!({ "net": { "fold": { "ratio": 2e-4 } } }),
             ),
-        ),
+        )
+        .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES)
+        .limited("explicit+impulse", COARSE, &["solver.step_s=2e-5"], &RISES),
         StressCase::new(
             Theme::Overlap,
             "coincident-knots",
