@@ -13,6 +13,9 @@
 //! elastic energy: the viscous loss of Eq. 3.3, of snaps, what the implicit step damps, and, as a negative
 //! loss, what it makes.
 //!
+//! Where a method's velocities are those of some time before its positions (half a sub-step with semi-implicit Euler), what
+//! cables hold is measured for that time too: with positions of the end the sum wobbles by h T ṙ / 2.
+//!
 //! What effects do at the ends of a step (fields) is booked by itself; the identity is that of the motion
 //! between.
 //!
@@ -30,7 +33,8 @@ use nalgebra::{Matrix3, Vector3};
 use crate::cable::Cable;
 use crate::interaction::Interactions;
 use crate::net::Net;
-use crate::state::{EffectWork, State};
+use crate::state::{EffectWork, Knots, State};
+use crate::step::stepper::StepReport;
 use crate::target::Target;
 use crate::target::spec::Motion;
 
@@ -145,7 +149,7 @@ impl EnergyAudit {
             in_contacts: 0.0,
             moving_at_start: 0.0,
         };
-        audit.measure(state);
+        audit.measure(state, 0.0);
         audit.measure_stored(state, effects);
         audit.ledger.start = audit.ledger.mechanical();
         audit.ledger.least = audit.ledger.start;
@@ -164,18 +168,18 @@ impl EnergyAudit {
         self.effect_counts[index] += work.count;
     }
 
-    /// Books the step of `step` seconds that led from `before` to `after`. `by_law` is what the cables took by
-    /// their own law [J], where the method knows.
+    /// Books the step of `step` seconds that led from `before` to `after`, of which the method said what is in
+    /// `report`.
     pub fn record(
         &mut self,
         before: &State,
         after: &State,
         step: f64,
         effects: &mut Interactions,
-        by_law: Option<f64>,
+        report: &StepReport,
     ) {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
-        self.measure(after);
+        self.measure(after, report.velocity_lag);
 
         let held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
         let mut on_knots = 0.0; // work of contacts and effects on the knots
@@ -208,7 +212,7 @@ impl EnergyAudit {
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
         let by_cables = (self.ledger.kinetic_net - kinetic) - on_knots;
         let taken = -by_cables - (self.ledger.elastic - elastic);
-        self.ledger.cables += by_law.unwrap_or(taken);
+        self.ledger.cables += report.cable_loss.unwrap_or(taken);
     }
 
     /// Looks for created energy at the end of a step; the ledger's largest so far [J].
@@ -234,19 +238,20 @@ impl EnergyAudit {
         (self.moving_at_start + self.ledger.put_in).max(at_rest)
     }
 
-    fn measure(&mut self, state: &State) {
+    /// Measures motion, and what the cables hold `lag` seconds before, when the velocities are of then: energies of two
+    /// times would wobble against each other.
+    fn measure(&mut self, state: &State, lag: f64) {
         self.measure_motion(state);
-        let position = &state.knots.position;
+        let Knots { position, velocity } = &state.knots;
         self.strained = (0.0, 0);
         self.ledger.elastic = 0.0;
         for cable in self.cables.iter() {
-            let length = (position[cable.b] - position[cable.a]).norm();
-            if length > cable.rest_length {
-                self.ledger.elastic += cable.energy(length);
-                let strain = length / cable.rest_length - 1.0;
-                if strain > self.strained.0 {
-                    self.strained = (strain, cable.a);
-                }
+            let across = position[cable.b] - position[cable.a];
+            let rate = velocity[cable.b] - velocity[cable.a];
+            self.ledger.elastic += cable.energy((across - lag * rate).norm());
+            let strain = across.norm() / cable.rest_length - 1.0;
+            if strain > self.strained.0 {
+                self.strained = (strain, cable.a);
             }
         }
     }

@@ -127,7 +127,7 @@ impl Simulation {
 
     fn record(&mut self) {
         let mut clock = Clock::start();
-        self.audit.record(&self.before, &self.state, self.step, &mut self.effects, self.report.cable_loss);
+        self.audit.record(&self.before, &self.state, self.step, &mut self.effects, &self.report);
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);

@@ -101,8 +101,8 @@ impl CablePlanes {
         body: &Body,
     ) -> ContactPlane {
         if self.by_force {
-            let answered = old.map_or(0.0, |old| old.depth(knots, body));
-            plane.initial_overlap = (plane.depth(knots, body) - answered).max(0.0);
+            let answered = old.map_or(0.0, |old| old.depth(knots, body, 0.0));
+            plane.initial_overlap = (plane.depth(knots, body, 0.0) - answered).max(0.0);
         }
         plane.impulse = old.map_or(0.0, |old| old.impulse);
         plane

@@ -91,10 +91,14 @@ impl ContactPlane {
         (body.attitude * self.normal).dot(place) - self.height
     }
 
-    /// Overlap that is answered [m].
-    pub fn depth(&self, knots: &Knots, body: &Body) -> f64 {
+    /// Overlap that is answered, so many seconds before the end of a step [m]. Contact forces change velocities first
+    /// and positions with them: velocities are those of the middle of a (sub-)step, and what is held then is
+    /// what goes with their kinetic energy.
+    pub fn depth(&self, knots: &Knots, body: &Body, earlier: f64) -> f64 {
         let place = self.record.at_place(&knots.position) - body.position;
-        (-self.gap(&place, body) - self.initial_overlap).max(0.0)
+        let velocity = self.record.at_place(&knots.velocity) - body.velocity - body.rate.cross(&place);
+        let gap = self.gap(&place, body) - earlier * (body.attitude * self.normal).dot(&velocity);
+        (-gap - self.initial_overlap).max(0.0)
     }
 
     /// Its row in a (sub-)step of `step` seconds, where it might be crossed within it; `turn` is the attitude of

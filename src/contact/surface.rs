@@ -48,6 +48,8 @@ pub struct SurfaceContacts {
     /// Rows of the sub-step, and their planes; kept for their memory.
     rows: Vec<ContactRow>,
     planes_of: Vec<usize>,
+    /// Length of the last (sub-)step [s].
+    step: f64,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
 }
@@ -87,6 +89,7 @@ impl SurfaceContacts {
             planes: Vec::new(),
             rows: Vec::new(),
             planes_of: Vec::new(),
+            step: 0.0,
             n_detections: 0,
         }
     }
@@ -133,6 +136,7 @@ impl SurfaceContacts {
         if self.planes.is_empty() {
             return;
         }
+        self.step = step;
         self.find_rows(net, body, step);
         if self.rows.is_empty() {
             return;
@@ -191,7 +195,7 @@ impl SurfaceContacts {
         contacts.extend(self.planes.iter().filter_map(|plane| {
             let mut contact = plane.contact(before, after)?;
             if let (Some(force), Some(body)) = (force, body) {
-                contact.stored = force.energy(contact.knot, plane.depth(after, body));
+                contact.stored = force.energy(contact.knot, plane.depth(after, body, 0.5 * self.step));
             }
             Some(contact)
         }));
@@ -200,7 +204,10 @@ impl SurfaceContacts {
     /// Energy that forces on cables hold where these are pressed in now [J].
     pub fn stored_energy(&self, knots: &Knots, body: &Body) -> f64 {
         let NormalSolver::Penalty { force, deepest: Some(deepest) } = &self.solver.normal else { return 0.0 };
-        self.planes.iter().map(|plane| energy(force, deepest, plane, plane.depth(knots, body))).sum()
+        self.planes
+            .iter()
+            .map(|plane| energy(force, deepest, plane, plane.depth(knots, body, 0.5 * self.step)))
+            .sum()
     }
 
     /// Number of colliders of the detector.

@@ -40,6 +40,8 @@ pub struct StepReport {
     pub cuts: u32,
     /// What cables took by their own law [J], where the method knows.
     pub cable_loss: Option<f64>,
+    /// How long before the time of the positions that of the velocities is [s].
+    pub velocity_lag: f64,
 }
 
 /// A method before it is built.

@@ -49,7 +49,7 @@ impl Bare {
         self.state.step += 1;
         self.state.time = self.state.step as f64 * self.step;
         let mut clock = Clock::start();
-        self.audit.record(&self.before, &self.state, self.step, &mut self.nothing, report.cable_loss);
+        self.audit.record(&self.before, &self.state, self.step, &mut self.nothing, &report);
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);

@@ -211,7 +211,8 @@ impl Stepper for MassSpring {
         work.detections = self.contacts.n_detections().unwrap_or(work.detections);
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
-        Ok(StepReport { cable_loss: self.net.take_dissipated(), ..StepReport::default() })
+        let velocity_lag = if self.net.lags() && !in_time { 0.5 * self.substep } else { 0.0 };
+        Ok(StepReport { cable_loss: self.net.take_dissipated(), velocity_lag, ..StepReport::default() })
     }
 
     /// No body, no joint, and colliders where there is a target.

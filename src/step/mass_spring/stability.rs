@@ -19,17 +19,18 @@ pub const SAFE: f64 = 0.9;
 pub const RESOLVES: f64 = 0.6;
 
 /// Share of the stable step at which semi-implicit Euler makes little energy of cables that hardly damp. The
-/// undamped Cubesat net in contact makes 4e-2, 2e-2, 3e-3 and 2e-3 of its launch energy with 0.9, 0.45, 0.18, 0.09.
+/// undamped Cubesat net in contact makes 6e-2, 8e-3, 1e-3 and 5e-4 of its launch energy with 0.96, 0.48, 0.2 and 0.1.
 const FINE: f64 = 0.2;
 
 /// Damping ratio of the two knots of a cable from which it takes what a step makes [-]. On the net of
-/// Table 3.2 semi-implicit Euler makes of its launch energy 4e-1 at 0, 4e-2 at 0.003, 5e-3 at 0.03, 5e-4 at 0.1.
+/// Table 3.2 semi-implicit Euler makes of its launch energy 3e-1 at 0, 1e-2 at 0.003, 6e-4 at 0.03, 7e-5 at 0.1; the
+/// secant force 6e-4, 2e-4, 6e-5 and 7e-6.
 const DAMPED: f64 = 0.1;
 
 /// Own step over the time of the fastest pair of knots, h ω [-]. A cable that goes taut within a step is stretched
-/// by what it goes on until the next, which holds up to (h ω)² of the pair's energy. At damping 0.1 that made up to
-/// 5e-1 of one mesh (h ω = 1.03), 1e-2 of nets with an edge three times as thick (0.93) and of 2 x 2 meshes
-/// (0.87), 2e-3 of 5 x 5 (0.788), 5e-4 of 10 x 10 and 20 x 20 (0.787), which pay for no other integrator.
+/// by what it goes on until the next, which holds up to (h ω)² of the pair's energy. At damping 0.1 that made
+/// 2e-2 of one mesh (h ω = 1.03), 2e-3 of nets with an edge three times as thick (0.93) and of 2 x 2 meshes
+/// (0.87), 8e-4 of 3 x 3, 5e-5 of 5 x 5 (0.788), 7e-5 of 10 x 10 (0.787), which pays for no other integrator.
 const PAIR: f64 = 0.788;
 
 /// Whether some cable of `net` hardly damps.

@@ -446,12 +446,12 @@ impl Stepper for RapierJoints {
         if with.act_within() {
             self.given.resize(self.inverse_mass.len(), Vector3::zeros());
         }
-        let mut cuts = 0;
+        let (mut cuts, mut velocity_lag) = (0, 0.0);
         if self.flies(state) {
             self.work_of_effects = 0.0;
             self.given.clear();
             if let Some(flight) = &mut self.flight {
-                flight.step(before, state, with, work)?;
+                velocity_lag = flight.step(before, state, with, work)?.velocity_lag;
             }
         } else {
             let mut clock = Clock::start();
@@ -470,7 +470,7 @@ impl Stepper for RapierJoints {
         }
         let energy_error = self.energy_error(start, before, state);
         self.iterations.adapt(energy_error / self.launch_energy);
-        Ok(StepReport { energy_error: Some(energy_error), cuts, cable_loss: None })
+        Ok(StepReport { energy_error: Some(energy_error), cuts, velocity_lag, ..StepReport::default() })
     }
 
     fn take_velocities(&mut self, state: &State) {
