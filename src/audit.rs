@@ -254,12 +254,18 @@ impl EnergyAudit {
                 self.strained = (strain, cable.a);
             }
         }
+        if let Some(totals) = state.totals {
+            self.ledger.elastic = totals.elastic;
+        }
     }
 
     /// Measures kinetic energies.
     pub fn measure_motion(&mut self, state: &State) {
         let speeds = self.net_mass.iter().zip(&state.knots.velocity);
-        self.ledger.kinetic_net = speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
+        self.ledger.kinetic_net = match state.totals {
+            Some(totals) => totals.kinetic,
+            None => speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum(),
+        };
         self.ledger.kinetic_target = match (&self.target, &state.target) {
             // The energy of a driven target is its drive's business.
             (Some(target), Some(body)) if target.motion == Motion::Free => {
@@ -277,7 +283,8 @@ impl EnergyAudit {
 
     /// Linear momentum of the net, a free target and the chaser, where there is one [kg m/s].
     pub fn momentum(&self, state: &State) -> Vector3<f64> {
-        let net: Vector3<f64> = self.net_mass.iter().zip(&state.knots.velocity).map(|(m, v)| *m * v).sum();
+        let lumped = || self.net_mass.iter().zip(&state.knots.velocity).map(|(m, v)| *m * v).sum();
+        let net = state.totals.map_or_else(lumped, |totals| totals.momentum);
         let target =
             self.free_target(state).map_or(Vector3::zeros(), |(target, body)| target.mass * body.velocity);
         net + target + state.chaser.map_or(Vector3::zeros(), |chaser| chaser.momentum())
@@ -287,7 +294,8 @@ impl EnergyAudit {
     pub fn angular_momentum(&self, state: &State) -> Vector3<f64> {
         let knots = &state.knots;
         let moments = self.net_mass.iter().zip(knots.position.iter().zip(&knots.velocity));
-        let net: Vector3<f64> = moments.map(|(m, (x, v))| *m * x.cross(v)).sum();
+        let lumped = || moments.map(|(m, (x, v))| *m * x.cross(v)).sum();
+        let net = state.totals.map_or_else(lumped, |totals| totals.angular_momentum);
         let target = self.free_target(state).map_or(Vector3::zeros(), |(target, body)| {
             target.mass * body.position.cross(&body.velocity) + body.angular_momentum(&target.inertia)
         });

@@ -28,6 +28,8 @@ pub struct Cable {
     pub stiffness: f64,
     /// Damping c [N s/m].
     pub damping: f64,
+    /// Mass ρ A l₀ of its own [kg]: lumped on its end knots (Eq. 3.2), or spread along it where the model does.
+    pub mass: f64,
     /// Reduced mass mₑ of the two end knots [kg].
     pub reduced_mass: f64,
     /// Tension at which it breaks, strength times cross-section [N].
@@ -118,6 +120,7 @@ mod tests {
             rest_length: 2.0,
             stiffness: 100.0,
             damping: 0.5,
+            mass: 0.0,
             reduced_mass: 0.25,
             breaking_tension: 1.0,
         }

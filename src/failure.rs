@@ -23,6 +23,12 @@ pub enum Failure {
         /// The stage after which it was found.
         stage: &'static str,
     },
+    /// The method has no answer to what it is given.
+    #[error("{what} in a run whose method has no answer to it")]
+    Refused {
+        /// What it is given.
+        what: &'static str,
+    },
     /// Steps were cut into ever more parts.
     #[error(
         "at {time:.6} s a step is cut into {parts:.0} parts on average, of at most {most} (--limit cuts=N raises it): \

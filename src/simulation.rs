@@ -48,12 +48,13 @@ impl Simulation {
     }
 
     /// The same with a method that the scene does not know.
-    pub fn stepped_by(case: &Case, stepper: Box<dyn Stepper>, more: Vec<Interaction>) -> Simulation {
+    pub fn stepped_by(case: &Case, mut stepper: Box<dyn Stepper>, more: Vec<Interaction>) -> Simulation {
         let mut list = case.scene().effects.build(&case.context());
         list.extend(more);
         let mut effects = Interactions::new(list);
         let mut state = start(case);
         state.chaser = effects.list().iter().find_map(|effect| effect.body);
+        stepper.start(&mut state);
         Simulation {
             before: state.clone(),
             audit: EnergyAudit::start(case.net(), case.target(), &mut effects, &state),

@@ -13,8 +13,8 @@ pub struct Solver {
     pub cables: CableModel,
     /// How a contact is answered.
     pub contact: ContactModel,
-    /// Time step [s]: of the engine with `joints`, of the integration with `explicit` cables; left
-    /// out, one that suits the scene.
+    /// Time step [s]: of the engine with `joints`, of the integration with `explicit` and `ancf` cables;
+    /// left out, one that suits the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<Positive>,
     /// `joints`: sub-steps of the engine within a step, at which cables and contacts act; contacts
@@ -36,6 +36,9 @@ pub struct Solver {
     pub integrator: Integrator,
     /// `explicit` with the integrator `located`: local error of a step of its own [m].
     pub tolerance_m: Positive,
+    /// `ancf`: the elements of the cables; left out, two a cable without bending.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ancf: Option<Ancf>,
     /// `impulse` and `penalty`: distance from which a knot and a part are watched [m]; contacts are
     /// looked for anew before any knot can have come so far. Left out: 4 % of the target's thinnest part.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,6 +72,7 @@ impl Default for Solver {
             flight: Flight::Cables,
             integrator: Integrator::Auto,
             tolerance_m: Positive(1e-9),
+            ancf: None,
             reach_m: None,
             restitution: 0.0,
             penalty: Penalty::default(),
@@ -80,7 +84,7 @@ impl Default for Solver {
 /// Step of the engine where a scene leaves it out [s].
 pub const JOINTS_STEP: f64 = 5e-4;
 
-/// Supported pairs of cables and contact, with the names that the program uses.
+/// Pairs of cables and contact that capture, with the names that the program uses.
 pub const PAIRS: [(CableModel, ContactModel, &str); 5] = [
     (CableModel::Joints, ContactModel::Rapier, "joints+rapier"),
     (CableModel::Joints, ContactModel::Impulse, "joints+impulse"),
@@ -88,6 +92,10 @@ pub const PAIRS: [(CableModel, ContactModel, &str); 5] = [
     (CableModel::Explicit, ContactModel::Impulse, "explicit+impulse"),
     (CableModel::Explicit, ContactModel::Penalty, "explicit+penalty"),
 ];
+
+/// Pairs that fly and answer no contact: a study runs them where they are named.
+pub const FLIGHT_PAIRS: [(CableModel, ContactModel, &str); 1] =
+    [(CableModel::Ancf, ContactModel::Impulse, "ancf+impulse")];
 
 impl Solver {
     /// The same with the cables and the contact of a pair of [`PAIRS`]; unchanged by any other name.
@@ -106,6 +114,8 @@ pub enum CableModel {
     Joints,
     /// The source's mass-spring net in explicit sub-steps.
     Explicit,
+    /// The source's finite elements of positions and slopes (Eq. 3.7 to 3.16), in explicit sub-steps: free flight.
+    Ancf,
 }
 
 impl CableModel {
@@ -114,7 +124,7 @@ impl CableModel {
         // Cubesat about x at 0.5 rad/s over 10 s: 3.7 s and 4.3 s; 1.1 s and 3.2 s. With panels: 3 s and 20 s.
         match self {
             CableModel::Joints => "1.2 to 1.3 times the processor time",
-            CableModel::Explicit => "3 to 7 times the processor time",
+            CableModel::Explicit | CableModel::Ancf => "3 to 7 times the processor time",
         }
     }
 }
@@ -156,6 +166,24 @@ pub enum Integrator {
     Rk4,
     /// Dormand and Prince's pair of orders 5 and 4, stopping wherever a cable goes taut or slack.
     Located,
+}
+
+/// The elements of `ancf` cables.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ancf {
+    /// Elements of a cable, or of each piece of it between middle knots.
+    #[schemars(range(min = 1, max = 32))]
+    pub elements: u32,
+    /// Whether a cable resists bending (Eq. 3.12); in the source it does not.
+    pub bending: bool,
+}
+
+impl Default for Ancf {
+    /// The source's, 5280 coordinates for 220 cables.
+    fn default() -> Self {
+        Ancf { elements: 2, bending: false }
+    }
 }
 
 /// The contact force of the penalty method (Section 4.2.1).

@@ -25,6 +25,19 @@ impl Knots {
     }
 }
 
+/// Energies and momenta of a net whose cables have more coordinates than their knots.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NetTotals {
+    /// Kinetic energy [J].
+    pub kinetic: f64,
+    /// Elastic energy [J].
+    pub elastic: f64,
+    /// Linear momentum [kg m/s].
+    pub momentum: Vector3<f64>,
+    /// Angular momentum about the origin [kg m^2/s].
+    pub angular_momentum: Vector3<f64>,
+}
+
 /// Pose and motion of the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
@@ -276,6 +289,11 @@ pub struct State {
 
     /// Written by `cables` (snaps), by `world`, and by effects that bracket a step.
     pub knots: Knots,
+    /// Written by `cables`: coordinates of the net beyond its knots, where the model has any, in its own order;
+    /// a slope times a length [m].
+    pub inner: Knots,
+    /// Written by `cables` where there are such: what all coordinates have together.
+    pub totals: Option<NetTotals>,
     /// Written by `world`.
     pub target: Option<Body>,
 

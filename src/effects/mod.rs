@@ -71,6 +71,12 @@ macro_rules! effects {
                 numbers
             }
 
+            /// Keys of those that are named, in the order of the list.
+            pub fn named(&self) -> impl Iterator<Item = &'static str> {
+                let named = [$((stringify!($name), self.$name.is_some())),*];
+                named.into_iter().filter(|(_, is_named)| *is_named).map(|(name, _)| name)
+            }
+
             /// The same without the effect called `name`.
             #[must_use]
             pub fn without(&self, name: &str) -> Effects {

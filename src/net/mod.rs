@@ -152,6 +152,7 @@ impl Net {
                     rest_length,
                     stiffness,
                     damping,
+                    mass: make.material.density_kg_m3.0 * make.cross_section() * rest_length,
                     reduced_mass: mass_a * mass_b / (mass_a + mass_b),
                     breaking_tension: make.material.tensile_strength_pa.0 * make.cross_section(),
                 });
@@ -211,12 +212,13 @@ impl Net {
                 problems.add(&*place, ends, format!("two different knots below {n}"));
             }
             let sizes = [cable.rest_length, cable.stiffness, cable.reduced_mass];
-            let is_damped = cable.damping.is_finite() && cable.damping >= 0.0;
-            if !(sizes.into_iter().all(is_above_zero) && is_damped) {
+            let is_from_zero = |x: f64| x.is_finite() && x >= 0.0;
+            let others = [cable.damping, cable.mass];
+            if !(sizes.into_iter().all(is_above_zero) && others.into_iter().all(is_from_zero)) {
                 problems.add(
                     place,
                     format!("{cable:?}"),
-                    "length, stiffness and mass above 0, damping from 0",
+                    "length, stiffness and reduced mass above 0, damping and mass from 0",
                 );
             }
         }

@@ -47,6 +47,7 @@ pub fn check_scene(scene: &Scene, limits: &Limits, problems: &mut Problems) {
         }
     }
     check_solver(scene, problems);
+    check_elements(scene, problems);
     let needs_target = |trigger: Option<Trigger>| trigger.is_some_and(|trigger| trigger.needs_target());
     for (place, trigger) in [
         ("effects.closing.trigger.on", scene.effects.closing.map(|closing| closing.trigger)),
@@ -122,10 +123,10 @@ fn check_frame(scene: &Scene, problems: &mut Problems) {
 fn check_solver(scene: &Scene, problems: &mut Problems) {
     let solver = &scene.solver;
     let own_contact = solver.contact != ContactModel::Rapier;
-    if solver.cables == CableModel::Explicit && !own_contact {
+    if solver.cables != CableModel::Joints && !own_contact {
         problems.add(
             "solver.contact",
-            "\"rapier\" with explicit cables",
+            "\"rapier\" with cables that the engine does not move",
             "\"impulse\" or \"penalty\": the engine answers contacts only of bodies that it moves itself",
         );
     }
@@ -142,6 +143,20 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
             format!("{} with \"penalty\"", solver.restitution),
             "0: a penalty force bounces by solver.penalty.alpha_s_m",
         );
+    }
+}
+
+/// Checks that cable elements are asked for nothing but free flight.
+fn check_elements(scene: &Scene, problems: &mut Problems) {
+    if scene.solver.cables != CableModel::Ancf {
+        return;
+    }
+    let allowed = "none: \"ancf\" cables fly free; use \"joints\" or \"explicit\" cables";
+    if scene.target.is_some() {
+        problems.add("target", "a target with \"ancf\" cables", allowed);
+    }
+    for name in scene.effects.named() {
+        problems.add(format!("effects.{name}"), "an effect with \"ancf\" cables", allowed);
     }
 }
 
@@ -188,7 +203,7 @@ pub fn check_built(
         );
     }
     // The step that was chosen, where the scene leaves it out.
-    let substeps = if scene.solver.cables == CableModel::Explicit { steps.chosen.substeps } else { 1 };
+    let substeps = if scene.solver.cables != CableModel::Joints { steps.chosen.substeps } else { 1 };
     check_steps(scene.duration_s.0, step / f64::from(substeps), limits, problems);
     check_parts(scene, net, step, problems);
     check_ranges(net, target, problems);

@@ -4,8 +4,10 @@
 //! |---|---|---|
 //! | [`rapier_joints`] | yes, the default | yes: the same cables, another answer |
 //! | [`mass_spring`] | no: the engine solves contacts of bodies that it moves itself | yes: the source's solver |
+//! | [`ancf`] | no, likewise | not yet: free flight |
 
 pub mod adaptive;
+pub mod ancf;
 pub mod iterations;
 pub mod limits;
 pub mod mass_spring;
@@ -22,6 +24,7 @@ pub fn method(solver: &Solver) -> &'static dyn Method {
     match solver.cables {
         CableModel::Joints => &rapier_joints::Joints,
         CableModel::Explicit => &mass_spring::Explicit,
+        CableModel::Ancf => &ancf::CableElements,
     }
 }
 

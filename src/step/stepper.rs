@@ -11,6 +11,9 @@ use crate::world::Census;
 
 /// A method of advancing the net and the bodies.
 pub trait Stepper: Send {
+    /// Adds to the state of the start what the method has beyond knots and bodies.
+    fn start(&mut self, _state: &mut State) {}
+
     /// One step from `before`, which `state` equals but for the forces and velocities changed since.
     ///
     /// # Errors

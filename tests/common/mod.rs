@@ -166,6 +166,7 @@ pub fn tie(net: &mut Net, [a, b]: [usize; 2], rest_length: f64, omega: f64, zeta
         rest_length,
         stiffness: reduced_mass * omega * omega,
         damping: 2.0 * zeta * reduced_mass * omega,
+        mass: 0.0,
         reduced_mass,
         breaking_tension: f64::INFINITY,
     };

@@ -387,6 +387,7 @@ mod tests {
             rest_length: 1.0,
             stiffness: 200.0,
             damping: 2.0,
+            mass: 0.0,
             reduced_mass: 0.5,
             breaking_tension: f64::INFINITY,
         };

@@ -1,0 +1,343 @@
+//! Cables as elements against closed forms, and against the mass-spring net.
+
+mod common;
+
+use common::{below, case_of, changed, scene, within};
+use nalgebra::Vector3;
+use serde_json::json;
+use tumblenet::cable::Cable;
+use tumblenet::case::Case;
+use tumblenet::interaction::{ForceElement, Interaction};
+use tumblenet::metrics::deployment::Deployment;
+use tumblenet::net::Net;
+use tumblenet::options::TimeStep;
+use tumblenet::simulation::Simulation;
+use tumblenet::state::{Forces, State};
+
+/// Mass of a knot that does not move [kg].
+const ANCHOR: f64 = 1e9;
+
+/// A line of cables: E A [N], ρ A [kg/m], dashpot of a metre [N s], unstretched length of each piece [m].
+#[derive(Clone, Copy)]
+struct Line {
+    rigidity: f64,
+    density: f64,
+    damping: f64,
+    piece: f64,
+}
+
+impl Line {
+    /// Its net with knots of these positions [m], velocities [m/s] and masses of their own [kg].
+    fn net(&self, knots: &[(f64, Vector3<f64>, Vector3<f64>)]) -> Net {
+        let list: Vec<_> = knots.iter().map(|(mass, x, v)| (*mass, (*x).into(), (*v).into())).collect();
+        let mut net = common::knots(&list);
+        let mass = self.density * self.piece;
+        let cable = |a: usize| Cable {
+            a,
+            b: a + 1,
+            rest_length: self.piece,
+            stiffness: self.rigidity / self.piece,
+            damping: self.damping / self.piece,
+            mass,
+            reduced_mass: 1.0, // of no account here
+            breaking_tension: f64::INFINITY,
+        };
+        net.cables = (0..knots.len() - 1).map(cable).collect();
+        // The first knot counts as a bullet, which carries no half of a cable.
+        for (knot, lumped) in net.mass.iter_mut().enumerate().skip(1) {
+            *lumped += if knot + 1 < knots.len() { mass } else { 0.5 * mass };
+        }
+        net
+    }
+}
+
+/// A case of `net` in steps of `step` with `substeps` each.
+fn case(net: Net, elements: u32, step: f64, substeps: u32) -> Case {
+    let case = case_of(json!({
+        "title": "line", "duration_s": 10.0,
+        "net": { "meshes": [1, 1], "mesh_length_m": 0.1, "bullet_mass_kg": 0.1,
+                 "cable": { "material": "nylon", "diameter_m": 0.001 } },
+        "launch": { "speed_m_s": 2.0, "angle_deg": 25.0 },
+        "solver": { "cables": "ancf", "contact": "impulse", "ancf": { "elements": elements } }
+    }));
+    changed(case, |built| (built.net, built.time_step) = (net, TimeStep { step, substeps }))
+}
+
+/// Weight and drag of the knots.
+struct Weight {
+    mass: Vec<f64>,
+    gravity: Vector3<f64>,
+    /// Drag over mass [1/s].
+    drag: f64,
+}
+
+impl ForceElement for Weight {
+    fn add_forces(&mut self, state: &State, forces: &mut Forces) {
+        for ((force, mass), velocity) in forces.on_knots.iter_mut().zip(&self.mass).zip(&state.knots.velocity)
+        {
+            *force += *mass * (self.gravity - self.drag * velocity);
+        }
+    }
+}
+
+fn weighed(case: &Case, mass: Vec<f64>, drag: f64) -> Simulation {
+    let gravity = -9.81 * Vector3::z();
+    let weight = Interaction::force("weight", "gravity", Weight { mass, gravity, drag });
+    Simulation::with(case, vec![weight])
+}
+
+/// Steps `simulation` for `seconds`; `see` is shown every state.
+fn run(simulation: &mut Simulation, case: &Case, seconds: f64, mut see: impl FnMut(&State)) {
+    for _ in 0..(seconds / case.time_step().step).round() as u64 {
+        simulation.step().unwrap();
+        see(&simulation.state);
+    }
+}
+
+/// Times at which `values`, `step` apart, pass through zero upwards, interpolated.
+fn upward_crossings(values: &[f64], step: f64) -> Vec<f64> {
+    let passes = values.windows(2).enumerate().filter(|(_, pair)| pair[0] < 0.0 && pair[1] >= 0.0);
+    passes.map(|(i, pair)| step * (i as f64 + pair[0] / (pair[0] - pair[1]))).collect()
+}
+
+/// T = 2 π √(l / g) (1 + θ² / 16 + 11 θ⁴ / 3072).
+#[test]
+fn a_pendulum_swings_with_its_period() {
+    let line = Line { rigidity: 2e4, density: 1e-3, damping: 0.0, piece: 0.25 };
+    let (angle, length): (f64, f64) = (0.5, 1.0);
+    let along = Vector3::new(0.0, angle.sin(), -angle.cos());
+    let knots: Vec<_> = (0..5)
+        .map(|i| (if i == 0 { ANCHOR } else { 0.0 }, 0.25 * f64::from(i) * along, Vector3::zeros()))
+        .map(|(mass, x, v)| (if x.norm() > 0.99 { 1.0 } else { mass }, x, v))
+        .collect();
+    let case = case(line.net(&knots), 1, 1e-3, 100);
+    let mut simulation = weighed(&case, vec![0.0, 0.0, 0.0, 0.0, 1.0], 0.0);
+    let mut side = Vec::new();
+    run(&mut simulation, &case, 5.0, |state| side.push(state.knots.position[4].y));
+    let crossings = upward_crossings(&side, 1e-3);
+    let period = crossings[1] - crossings[0];
+    let small = 2.0 * std::f64::consts::PI * (length / 9.81).sqrt();
+    let wanted = small * (1.0 + angle.powi(2) / 16.0 + 11.0 * angle.powi(4) / 3072.0);
+    below("period of a pendulum", (period / wanted - 1.0).abs(), 0.01);
+    let ledger = &simulation.audit.ledger;
+    below("energy of a pendulum", ledger.residual().abs() / 9.81, 1e-4);
+}
+
+/// Where a function that falls from 1e-3 to 3 is zero.
+fn root(f: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (1e-3, 3.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if f(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// A line of 2 m between two points 1.5 m apart: y = a (cosh(x / a) − 1) with a from its length, H = w a.
+#[test]
+fn a_line_hangs_as_a_catenary() {
+    let (length, span, n): (f64, f64, usize) = (2.0, 1.5, 20);
+    let line = Line { rigidity: 2e4, density: 0.1, damping: 0.5, piece: length / n as f64 };
+    // From the arc of a circle of the same length and span.
+    let half = root(|half| half.sin() / half - span / length);
+    let radius = 0.5 * length / half;
+    let knots: Vec<_> = (0..=n)
+        .map(|i| {
+            let angle = half * (2.0 * i as f64 / n as f64 - 1.0);
+            let x = radius * Vector3::new(0.0, angle.sin(), half.cos() - angle.cos());
+            (if i == 0 || i == n { ANCHOR } else { 0.0 }, x, Vector3::zeros())
+        })
+        .collect();
+    let case = case(line.net(&knots), 1, 5e-4, 50);
+    let weight = line.density * line.piece;
+    let of_knot = (0..=n).map(|i| if i == 0 || i == n { 0.0 } else { weight }).collect();
+    let mut simulation = weighed(&case, of_knot, 20.0);
+    run(&mut simulation, &case, 4.0, |_| {});
+    let a = 0.5 * span / root(|u| length / span - u.sinh() / u);
+    let sag = a * ((0.5 * span / a).cosh() - 1.0);
+    let found = -simulation.state.knots.position[n / 2].z;
+    below("sag of a catenary", (found / sag - 1.0).abs(), 0.01);
+    let pull = simulation.state.tension[n / 2];
+    below("its least tension", (pull / (line.density * 9.81 * a) - 1.0).abs(), 0.01);
+}
+
+/// A taut string of 1 m between two anchors, drawn out sideways as `mode` half waves: its net, and the
+/// frequency √(E A ε / ρ A) mode / (2 l) [Hz].
+fn string(n: usize, mode: f64, amplitude: f64) -> (Net, f64) {
+    let (strain, rigidity, density): (f64, f64, f64) = (0.02, 1e3, 0.01);
+    let line = Line { rigidity, density, damping: 0.0, piece: 1.0 / n as f64 };
+    let knots: Vec<_> = (0..=n)
+        .map(|i| {
+            let along = i as f64 / n as f64;
+            let side = amplitude * (std::f64::consts::PI * mode * along).sin();
+            let x = Vector3::new(0.0, (1.0 + strain) * along, side);
+            (if i == 0 || i == n { ANCHOR } else { 0.0 }, x, Vector3::zeros())
+        })
+        .collect();
+    let green = strain + 0.5 * strain * strain;
+    (line.net(&knots), 0.5 * mode * (rigidity * green / density).sqrt())
+}
+
+/// Ten periods of the first mode: its frequency, energy, and no force from anywhere.
+#[test]
+fn a_string_vibrates_with_its_frequency_and_keeps_its_energy() {
+    let (net, frequency) = string(4, 1.0, 1e-3);
+    let case = case(net, 2, 2e-4, 10);
+    let mut simulation = Simulation::new(&case);
+    let mut side = Vec::new();
+    let start = simulation.audit.ledger.mechanical();
+    let mut worst: f64 = 0.0;
+    for _ in 0..(10.0 / frequency / 2e-4).ceil() as u64 {
+        simulation.step().unwrap();
+        side.push(simulation.state.knots.position[2].z);
+        worst = worst.max((simulation.audit.ledger.mechanical() - start).abs());
+    }
+    let crossings = upward_crossings(&side, 2e-4);
+    let periods = (crossings.len() - 1) as f64;
+    let found = periods / (crossings[crossings.len() - 1] - crossings[0]);
+    below("frequency of a string", (found / frequency - 1.0).abs(), 0.01);
+    below("energy of a string over ten periods", worst / start, 1e-4);
+}
+
+/// A string that turns about an anchor with a mass at its end: T(x) = m ω² l + ρ A ω² (l² − x²) / 2.
+#[test]
+fn a_whirling_string_pulls_as_hard_as_it_must() {
+    let line = Line { rigidity: 1e5, density: 0.2, damping: 50.0, piece: 0.25 };
+    let (rate, tip, length): (f64, f64, f64) = (10.0, 0.5, 1.0);
+    let knots: Vec<_> = (0..5)
+        .map(|i| {
+            let x = 0.25 * f64::from(i) * Vector3::y();
+            let mass = match i {
+                0 => ANCHOR,
+                4 => tip,
+                _ => 0.0,
+            };
+            (mass, x, rate * Vector3::x().cross(&x))
+        })
+        .collect();
+    let case = case(line.net(&knots), 2, 1e-3, 200);
+    let mut simulation = Simulation::new(&case);
+    run(&mut simulation, &case, 1.0, |_| {});
+    for (cable, tension) in simulation.state.tension.iter().enumerate() {
+        // The largest within a step, at the quadrature's point that is nearest to the anchor.
+        let near = 0.25 * cable as f64 + 0.0469 * 0.125;
+        let wanted = rate * rate * (tip * length + 0.5 * line.density * (length * length - near * near));
+        below(&format!("tension of piece {cable}"), (tension / wanted - 1.0).abs(), 0.01);
+    }
+    let before = Simulation::new(&case).audit.angular_momentum(&Simulation::new(&case).state);
+    let after = simulation.audit.angular_momentum(&simulation.state);
+    below("angular momentum", (after - before).norm() / before.norm(), 1e-10);
+}
+
+/// Where the middle of a string is at `time` with sub-steps of `substep`.
+fn middle(elements: u32, mode: f64, substep: f64, time: f64) -> Vector3<f64> {
+    let (net, _) = string(4, mode, 2e-2);
+    let substeps = (1e-3 / substep).round() as u32;
+    let case = case(net, elements, 1e-3, substeps);
+    let mut simulation = Simulation::new(&case);
+    run(&mut simulation, &case, time, |_| {});
+    simulation.state.knots.position[1]
+}
+
+#[test]
+fn halving_the_step_quarters_the_error() {
+    let [coarse, half, quarter, exact] =
+        [1.0 / 32.0, 1.0 / 64.0, 1.0 / 128.0, 1.0 / 2048.0].map(|share| middle(1, 1.0, 1e-3 * share, 0.05));
+    let errors = [coarse, half, quarter].map(|x| (x - exact).norm());
+    println!("{errors:?}");
+    within("order in the step", (errors[0] / errors[2]).log2() / 2.0, [1.9, 2.1]);
+}
+
+/// One cable as a string in its second mode: with more elements the frequency comes nearer its own.
+#[test]
+fn more_elements_come_nearer() {
+    let mode = 2.0 * std::f64::consts::PI;
+    let errors = [1, 2, 4].map(|elements| {
+        let (net, frequency) = string(1, 2.0, 0.0);
+        let step = 5e-6;
+        let case = case(net, elements, step, 1);
+        let mut simulation = Simulation::new(&case);
+        // The cable's own coordinates: slope, then position and slope of each node, the last slope.
+        let l = 1.0 / f64::from(elements);
+        let amplitude = 1e-4;
+        for (i, x) in simulation.state.inner.position.iter_mut().enumerate() {
+            let place = if i as u32 + 1 == 2 * elements { i + 2 } else { i + 1 };
+            let along = (place / 2) as f64 * l;
+            x.z = match place % 2 {
+                1 => l * amplitude * mode * (mode * along).cos(),
+                _ => amplitude * (mode * along).sin(),
+            };
+        }
+        let mut slope = Vec::new();
+        run(&mut simulation, &case, 0.2, |state| slope.push(state.inner.position[0].z));
+        let crossings = upward_crossings(&slope, step);
+        let periods = (crossings.len() - 1) as f64;
+        let found = periods / (crossings[crossings.len() - 1] - crossings[0]);
+        (found / frequency - 1.0).abs()
+    });
+    println!("{errors:?}");
+    below("half as long elements", errors[1] / errors[0], 0.25);
+    below("half as long elements", errors[2] / errors[1], 0.25);
+}
+
+/// A net that is shot and snaps: momenta to rounding, energy by what its dashpots took.
+#[test]
+fn a_net_keeps_its_momenta_and_balances_its_energy() {
+    for damping in ["0", "0.1"] {
+        let damping = format!("net.cable.damping_ratio={damping}");
+        let case = scene(
+            "deployment-kevlar",
+            &[
+                "net.meshes=[3,3]",
+                "net.mesh_length_m=0.5",
+                "net.cable.material=nylon",
+                "duration_s=0.5",
+                "solver.cables=ancf",
+                "solver.contact=impulse",
+                &damping,
+            ],
+        );
+        let run = common::run(&case);
+        let last = run.frames.time.len() - 1;
+        let [first, end] = [0, last].map(|i| run.frames.momentum[i]);
+        below("momentum", (end - first).norm() / first.norm(), 1e-13);
+        let apart = run.frames.angular_momentum[last] - run.frames.angular_momentum[0];
+        below("angular momentum over momentum", apart.norm() / first.norm(), 1e-13);
+        let ledger = &run.frames.ledger[last];
+        below("energy residual", ledger.residual().abs() / ledger.start, 1e-3);
+        below("created", ledger.created / ledger.start, 1e-3);
+        println!("taken by cables: {}", ledger.cables / ledger.start);
+    }
+}
+
+/// Table 3.4 on the net of Table 3.2.
+#[test]
+fn elements_open_the_net_as_the_mass_spring_net_does() {
+    let [springs, elements] = ["explicit", "ancf"].map(|cables| {
+        let cables = format!("solver.cables={cables}");
+        let case = scene("deployment-kevlar", &[&cables, "solver.contact=impulse"]);
+        let started = std::time::Instant::now();
+        let run = common::run(&case);
+        let substep = case.time_step().step / f64::from(case.time_step().substeps);
+        println!(
+            "{cables}: sub-step {substep:e}, {:?} for {} sub-steps, {:?}",
+            run.work.stages.cables,
+            run.work.substeps,
+            started.elapsed()
+        );
+        let ledger = run.frames.ledger.last().unwrap();
+        println!(
+            "residual {:e}, created {:e}, cables {:e}",
+            ledger.residual() / ledger.start,
+            ledger.created / ledger.start,
+            ledger.cables / ledger.start
+        );
+        println!("peak {}", run.extremes.tension);
+        Deployment::of(&case, &run)
+    });
+    println!("{springs:?}\n{elements:?}");
+    let apart = |of: fn(&Deployment) -> f64| (of(&elements) / of(&springs) - 1.0).abs();
+    below("maximum area", apart(|d| d.max_area_m2), 0.1);
+    below("deployment time", apart(|d| d.deployment_time_s), 0.1);
+    below("travelling distance", apart(|d| d.travelling_distance_m), 0.1);
+}
