@@ -39,7 +39,7 @@
 //! | [`interaction`] | the contracts between what a scene calls for and the methods that step it |
 //! | [`world`] | the engine behind our words; every engine setting |
 //! | [`contact`] | how contacts are found and solved: one pipeline, one row |
-//! | [`options`], [`step`] | what is built from what; a step with joints of the engine, or with a mass-spring net of our own |
+//! | [`options`], [`step`] | what is built from what; a step with joints of the engine, or with a net of our own: mass-spring, or finite elements |
 //! | [`closing`] | threads, winches, triggers, locks |
 //! | [`field`] | gravity and frames that turn |
 //! | [`effects`] | what a scene may call for |

@@ -115,10 +115,14 @@ fn covering(target: &Target, reach: f64) -> f64 {
     target.parts.iter().map(share).sum::<f64>().max(1.0)
 }
 
-/// Cables, summed over all (sub-)steps that are foreseen.
+/// Cables, or elements of theirs, summed over all (sub-)steps that are foreseen.
 pub fn cable_steps(scene: &Scene, net: &Net, time_step: TimeStep) -> f64 {
     let n_steps = scene.duration_s.0 / time_step.step;
-    n_steps * f64::from(time_step.substeps) * net.cables.len() as f64
+    let pieces = match scene.solver.cables {
+        CableModel::Ancf => scene.solver.ancf.unwrap_or_default().elements,
+        CableModel::Joints | CableModel::Explicit => 1,
+    };
+    n_steps * f64::from(time_step.substeps) * f64::from(pieces) * net.cables.len() as f64
 }
 
 /// Bytes in words: `3.2 GB`.

@@ -11,7 +11,7 @@ use pulp::{Arch, NullaryFnOnce};
 use super::element::{COORDINATES, Condensation, NodeList};
 use super::law::{ElementLaw, bend};
 use super::mass::{KnotMass, own_mass};
-use super::motion::{Axes, Coordinates, add, two};
+use super::motion::{Axes, Coordinates, add, padded, two};
 use crate::net::Net;
 use crate::solver::Ancf;
 use crate::state::{Knots, NetTotals};
@@ -44,20 +44,20 @@ impl AncfNet {
         let layout = NodeList { elements: ancf.elements as usize };
         let condensed = Condensation::new(layout);
         let law = ElementLaw::of(net, ancf);
-        let n_cables = net.cables.len();
+        let n_padded = padded(net.cables.len());
         AncfNet {
             arch: Arch::new(),
             layout,
             ends: [net.cables.iter().map(|c| c.a).collect(), net.cables.iter().map(|c| c.b).collect()],
             knots: Coordinates::of(net.n_knots()),
-            places: vec![Coordinates::of(n_cables); layout.len()],
+            places: vec![Coordinates::of(n_padded); layout.len()],
             push: [(); 3].map(|()| vec![0.0; net.n_knots()]),
             own_mass: own_mass(net),
             knot_mass: KnotMass::new(net, &law.mass, &condensed),
             condensed,
             law,
-            tension: vec![0.0; n_cables],
-            dissipated: vec![0.0; n_cables],
+            tension: vec![0.0; n_padded],
+            dissipated: vec![0.0; n_padded],
         }
     }
 
@@ -85,7 +85,7 @@ impl AncfNet {
             (0..3).for_each(|axis| self.push[axis][knot] = force[axis]);
         }
         let mut own = inner.position.iter().zip(&inner.velocity);
-        for cable in 0..self.tension.len() {
+        for cable in 0..self.ends[0].len() {
             for (end, place) in self.layout.ends().into_iter().enumerate() {
                 let knot = self.ends[end][cable];
                 self.places[place].set(cable, &knots.position[knot], &knots.velocity[knot]);
@@ -102,7 +102,7 @@ impl AncfNet {
             [knots.position[knot], knots.velocity[knot]] = self.knots.get(knot);
         }
         let mut own = inner.position.iter_mut().zip(&mut inner.velocity);
-        for cable in 0..self.tension.len() {
+        for cable in 0..self.ends[0].len() {
             for (place, (position, velocity)) in self.layout.inner().zip(&mut own) {
                 [*position, *velocity] = self.places[place].get(cable);
             }
@@ -122,9 +122,9 @@ impl AncfNet {
     /// Largest tension of each cable since the last call [N]: with the stretch λ = √(1 + 2 ε) of its place,
     /// E A ε λ, and what its dashpot gave.
     pub fn take_tension(&mut self, tension: &mut [f64]) {
-        for (cable, largest) in self.tension.iter_mut().enumerate() {
+        for (cable, (tension, largest)) in tension.iter_mut().zip(&mut self.tension).enumerate() {
             let strain = *largest / (self.law.axial[cable] * self.law.length[cable]);
-            tension[cable] = std::mem::take(largest) * (1.0 + 2.0 * strain).sqrt();
+            *tension = std::mem::take(largest) * (1.0 + 2.0 * strain).sqrt();
         }
     }
 
@@ -142,7 +142,7 @@ impl AncfNet {
             totals.momentum += mass * v;
             totals.angular_momentum += mass * x.cross(&v);
         }
-        for cable in 0..self.tension.len() {
+        for cable in 0..self.ends[0].len() {
             let list: Vec<[Vector3<f64>; 2]> = self.places.iter().map(|place| place.get(cable)).collect();
             for element in list.windows(COORDINATES).step_by(2) {
                 self.law.add_element(cable, element, &mut totals);

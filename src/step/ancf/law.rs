@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::element::{BEND, GaussPoint, MASS, POINTS, gauss};
-use super::motion::{Coordinates, cut, cut_mut};
+use super::motion::{Coordinates, LANES, Lanes, add_lanes, apart, lanes, lanes_of, padded};
 use crate::net::Net;
 use crate::solver::Ancf;
 use crate::state::NetTotals;
@@ -28,22 +28,68 @@ pub(super) struct ElementLaw {
     dashpot: Vec<Vec<f64>>,
 }
 
+/// What the points of the quadrature give, over E A / l [m].
+#[derive(Default)]
+struct Pull {
+    /// On r₁ − r₀, σ₀ and σ₁.
+    on: [[Lanes; 3]; 3],
+    /// Largest strain [-].
+    strain: Lanes,
+}
+
+impl Pull {
+    /// Adds what `point` gives where an element has r₁ − r₀, σ₀ and σ₁ as in `shape`.
+    #[inline(always)]
+    fn add(&mut self, point: &GaussPoint, shape: &[[Lanes; 3]; 3], inverse_square: &Lanes) {
+        let factors = [point.chord, point.slopes[0], point.slopes[1]];
+        let mut rho = [[0.0; LANES]; 3];
+        for axis in 0..3 {
+            for i in 0..LANES {
+                rho[axis][i] = factors[0] * shape[0][axis][i]
+                    + factors[1] * shape[1][axis][i]
+                    + factors[2] * shape[2][axis][i];
+            }
+        }
+        let mut share = [0.0; LANES];
+        for i in 0..LANES {
+            let square = rho[0][i] * rho[0][i] + rho[1][i] * rho[1][i] + rho[2][i] * rho[2][i];
+            let green = 0.5 * (square * inverse_square[i] - 1.0);
+            let strain = if green > 0.0 { green } else { 0.0 };
+            self.strain[i] = if strain > self.strain[i] { strain } else { self.strain[i] };
+            share[i] = point.weight * strain;
+        }
+        for (on, factor) in self.on.iter_mut().zip(factors) {
+            for axis in 0..3 {
+                for i in 0..LANES {
+                    on[axis][i] += factor * share[i] * rho[axis][i];
+                }
+            }
+        }
+    }
+}
+
 impl ElementLaw {
     pub(super) fn of(net: &Net, ancf: &Ancf) -> ElementLaw {
         let n = f64::from(ancf.elements);
-        let each = |value: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..net.cables.len()).map(value).collect() };
+        let n_padded = padded(net.cables.len());
+        // What fills the last group is slack, however it lies, and has no force to answer to.
+        let each = |value: &dyn Fn(usize) -> f64, filling: f64| -> Vec<f64> {
+            let mut values: Vec<f64> = (0..net.cables.len()).map(value).collect();
+            values.resize(n_padded, filling);
+            values
+        };
         let cable = |index: usize| &net.cables[index];
-        let length = each(&|i| cable(i).rest_length / n);
-        let mass = each(&|i| cable(i).mass / n);
+        let length = each(&|i| cable(i).rest_length / n, 1.0);
+        let mass = each(&|i| cable(i).mass / n, f64::INFINITY);
         ElementLaw {
             points: gauss(),
             inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
-            axial: each(&|i| n * cable(i).stiffness),
+            axial: each(&|i| n * cable(i).stiffness, 0.0),
             inverse_square: length.iter().map(|length| 1.0 / (length * length)).collect(),
-            damping: each(&|i| n * cable(i).damping),
+            damping: each(&|i| n * cable(i).damping, 0.0),
             damped: net.cables.iter().any(|cable| cable.damping > 0.0),
-            bending: ancf.bending.then(|| each(&|i| n * n * n * bending_stiffness(net, i))),
-            dashpot: vec![vec![0.0; net.cables.len()]; ancf.elements as usize],
+            bending: ancf.bending.then(|| each(&|i| n * n * n * bending_stiffness(net, i), 0.0)),
+            dashpot: vec![vec![0.0; n_padded]; ancf.elements as usize],
             length,
             mass,
         }
@@ -55,41 +101,25 @@ impl ElementLaw {
     #[inline(always)]
     pub(super) fn stretch(&self, element: usize, nodes: &mut [Coordinates], tension: &mut [f64]) {
         let [first, slope, second, other] = nodes else { return };
-        let n = tension.len();
-        let [r0, s0, r1, s1] =
-            [&first.position, &slope.position, &second.position, &other.position].map(|axes| cut(axes, n));
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz], [dx, dy, dz]] =
-            [&mut first.force, &mut slope.force, &mut second.force, &mut other.force]
-                .map(|axes| cut_mut(axes, n));
-        let (axial, inverse_square) = (&self.axial[..n], &self.inverse_square[..n]);
-        let (length, dashpot) = (&self.length[..n], &self.dashpot[element][..n]);
-        for i in 0..n {
-            let chord = [r1[0][i] - r0[0][i], r1[1][i] - r0[1][i], r1[2][i] - r0[2][i]];
-            let slopes = [[s0[0][i], s0[1][i], s0[2][i]], [s1[0][i], s1[1][i], s1[2][i]]];
-            let mut pull = [[0.0; 3]; 3];
-            let mut largest: f64 = 0.0;
-            for GaussPoint { weight, chord: of_chord, slopes: [of_first, of_second] } in &self.points {
-                let mut rho = [0.0; 3];
-                for axis in 0..3 {
-                    rho[axis] =
-                        of_chord * chord[axis] + of_first * slopes[0][axis] + of_second * slopes[1][axis];
-                }
-                let square = rho[0] * rho[0] + rho[1] * rho[1] + rho[2] * rho[2];
-                let strain = (0.5 * (square * inverse_square[i] - 1.0)).max(0.0);
-                largest = largest.max(strain);
-                let share = weight * strain;
-                for (factor, pull) in [of_chord, of_first, of_second].into_iter().zip(&mut pull) {
-                    for axis in 0..3 {
-                        pull[axis] += share * factor * rho[axis];
-                    }
-                }
+        for at in (0..tension.len()).step_by(LANES) {
+            let [r0, r1] = [&first.position, &second.position].map(|axes| lanes_of(axes, at));
+            let shape = [apart(&r1, &r0), lanes_of(&slope.position, at), lanes_of(&other.position, at)];
+            let inverse_square = lanes(&self.inverse_square, at);
+            let mut pull = Pull::default();
+            for point in &self.points {
+                pull.add(point, &shape, &inverse_square);
             }
-            let k = axial[i];
-            (ax[i], ay[i], az[i]) = (ax[i] + k * pull[0][0], ay[i] + k * pull[0][1], az[i] + k * pull[0][2]);
-            (cx[i], cy[i], cz[i]) = (cx[i] - k * pull[0][0], cy[i] - k * pull[0][1], cz[i] - k * pull[0][2]);
-            (bx[i], by[i], bz[i]) = (bx[i] - k * pull[1][0], by[i] - k * pull[1][1], bz[i] - k * pull[1][2]);
-            (dx[i], dy[i], dz[i]) = (dx[i] - k * pull[2][0], dy[i] - k * pull[2][1], dz[i] - k * pull[2][2]);
-            tension[i] = tension[i].max((k * largest + dashpot[i]) * length[i]);
+            let along = lanes(&self.axial, at);
+            let back = along.map(|axial| -axial);
+            add_lanes(&mut first.force, at, &along, &pull.on[0]);
+            add_lanes(&mut second.force, at, &back, &pull.on[0]);
+            add_lanes(&mut slope.force, at, &back, &pull.on[1]);
+            add_lanes(&mut other.force, at, &back, &pull.on[2]);
+            let (length, dashpot) = (lanes(&self.length, at), lanes(&self.dashpot[element], at));
+            let largest = &mut tension[at..at + LANES];
+            for i in 0..LANES {
+                largest[i] = largest[i].max((along[i] * pull.strain[i] + dashpot[i]) * length[i]);
+            }
         }
     }
 
@@ -98,24 +128,25 @@ impl ElementLaw {
     #[inline(always)]
     pub(super) fn damp(&mut self, element: usize, nodes: &mut [Coordinates]) {
         let [first, _, second, _] = nodes else { return };
-        let n = self.length.len();
-        let (x0, v0) = (cut(&first.position, n), cut(&first.velocity, n));
-        let (x1, v1) = (cut(&second.position, n), cut(&second.velocity, n));
-        let ([ax, ay, az], [bx, by, bz]) = (cut_mut(&mut first.force, n), cut_mut(&mut second.force, n));
-        let dashpot = &mut self.dashpot[element][..n];
-        let (axial, length, damping) = (&self.axial[..n], &self.length[..n], &self.damping[..n]);
-        for i in 0..n {
-            let (dx, dy, dz) = (x1[0][i] - x0[0][i], x1[1][i] - x0[1][i], x1[2][i] - x0[2][i]);
-            let (ux, uy, uz) = (v1[0][i] - v0[0][i], v1[1][i] - v0[1][i], v1[2][i] - v0[2][i]);
-            let apart = (dx * dx + dy * dy + dz * dz).sqrt();
-            let inverse = 1.0 / apart;
-            let stretch = apart - length[i];
-            let rate = (dx * ux + dy * uy + dz * uz) * inverse;
-            let law = (damping[i] * rate).max(-axial[i] * stretch);
-            let along = if stretch > 0.0 { law * inverse } else { 0.0 };
-            dashpot[i] = along;
-            (ax[i], ay[i], az[i]) = (ax[i] + along * dx, ay[i] + along * dy, az[i] + along * dz);
-            (bx[i], by[i], bz[i]) = (bx[i] - along * dx, by[i] - along * dy, bz[i] - along * dz);
+        for at in (0..self.length.len()).step_by(LANES) {
+            let [x0, x1] = [&first.position, &second.position].map(|axes| lanes_of(axes, at));
+            let [v0, v1] = [&first.velocity, &second.velocity].map(|axes| lanes_of(axes, at));
+            let (d, rate) = (apart(&x1, &x0), apart(&v1, &v0));
+            let [axial, length, damping] =
+                [&self.axial, &self.length, &self.damping].map(|values| lanes(values, at));
+            let mut along = [0.0; LANES];
+            for i in 0..LANES {
+                let chord = (d[0][i] * d[0][i] + d[1][i] * d[1][i] + d[2][i] * d[2][i]).sqrt();
+                let inverse = 1.0 / chord;
+                let stretch = chord - length[i];
+                let parting = d[0][i] * rate[0][i] + d[1][i] * rate[1][i] + d[2][i] * rate[2][i];
+                let (pull, least) = (damping[i] * parting * inverse, -axial[i] * stretch);
+                let law = if pull > least { pull } else { least };
+                along[i] = if stretch > 0.0 { law * inverse } else { 0.0 };
+            }
+            self.dashpot[element][at..at + LANES].copy_from_slice(&along);
+            add_lanes(&mut first.force, at, &along, &d);
+            add_lanes(&mut second.force, at, &along.map(|along| -along), &d);
         }
     }
 

@@ -49,13 +49,51 @@ pub(super) fn add(sum: &mut [f64], factor: f64, term: &[f64]) {
     }
 }
 
-#[inline(always)]
-pub(super) fn cut(axes: &Axes, n: usize) -> [&[f64]; 3] {
-    [&axes[0][..n], &axes[1][..n], &axes[2][..n]]
+/// Cables that a loop over an element's law takes at once. It copies them to arrays of its own, of which the compiler
+/// knows that none overlaps another: only then does a loop with so many of them become one of wide vectors.
+pub(super) const LANES: usize = 8;
+
+/// A number for each of them.
+pub(super) type Lanes = [f64; LANES];
+
+/// Length of the arrays of `n` cables: whole groups, the last filled with cables that nothing moves.
+pub(super) fn padded(n: usize) -> usize {
+    n.next_multiple_of(LANES)
 }
 
+/// Those from place `at` on.
 #[inline(always)]
-pub(super) fn cut_mut(axes: &mut Axes, n: usize) -> [&mut [f64]; 3] {
-    let [x, y, z] = axes;
-    [&mut x[..n], &mut y[..n], &mut z[..n]]
+pub(super) fn lanes(values: &[f64], at: usize) -> Lanes {
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(&values[at..at + LANES]);
+    lanes
+}
+
+/// The same of three components.
+#[inline(always)]
+pub(super) fn lanes_of(axes: &Axes, at: usize) -> [Lanes; 3] {
+    [lanes(&axes[0], at), lanes(&axes[1], at), lanes(&axes[2], at)]
+}
+
+/// sum += factor * term from place `at` on.
+#[inline(always)]
+pub(super) fn add_lanes(sum: &mut Axes, at: usize, factor: &Lanes, term: &[Lanes; 3]) {
+    for (sum, term) in sum.iter_mut().zip(term) {
+        let sum = &mut sum[at..at + LANES];
+        for i in 0..LANES {
+            sum[i] += factor[i] * term[i];
+        }
+    }
+}
+
+/// One minus the other.
+#[inline(always)]
+pub(super) fn apart(to: &[Lanes; 3], from: &[Lanes; 3]) -> [Lanes; 3] {
+    let mut apart = *to;
+    for axis in 0..3 {
+        for i in 0..LANES {
+            apart[axis][i] -= from[axis][i];
+        }
+    }
+    apart
 }
