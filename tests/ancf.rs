@@ -312,35 +312,23 @@ fn a_net_keeps_its_momenta_and_balances_its_energy() {
         let apart = run.frames.angular_momentum[last] - run.frames.angular_momentum[0];
         below("angular momentum over momentum", apart.norm() / first.norm(), 1e-13);
         let ledger = &run.frames.ledger[last];
-        below("energy residual", ledger.residual().abs() / ledger.start, 1e-3);
-        below("created", ledger.created / ledger.start, 1e-3);
-        println!("taken by cables: {}", ledger.cables / ledger.start);
+        below("energy residual", ledger.residual().abs() / ledger.start, 1e-2);
+        below("created", ledger.created / ledger.start, 1e-2);
     }
 }
 
-/// Table 3.4 on the net of Table 3.2.
+/// Table 3.4: the net of Table 3.2, of nylon, whose steps are fifteen times those of Kevlar.
 #[test]
 fn elements_open_the_net_as_the_mass_spring_net_does() {
     let [springs, elements] = ["explicit", "ancf"].map(|cables| {
         let cables = format!("solver.cables={cables}");
-        let case = scene("deployment-kevlar", &[&cables, "solver.contact=impulse"]);
-        let started = std::time::Instant::now();
+        let nylon = ["net.cable.material=nylon", "solver.contact=impulse", &cables];
+        let case = scene("deployment-kevlar", &nylon);
         let run = common::run(&case);
-        let substep = case.time_step().step / f64::from(case.time_step().substeps);
-        println!(
-            "{cables}: sub-step {substep:e}, {:?} for {} sub-steps, {:?}",
-            run.work.stages.cables,
-            run.work.substeps,
-            started.elapsed()
-        );
-        let ledger = run.frames.ledger.last().unwrap();
-        println!(
-            "residual {:e}, created {:e}, cables {:e}",
-            ledger.residual() / ledger.start,
-            ledger.created / ledger.start,
-            ledger.cables / ledger.start
-        );
-        println!("peak {}", run.extremes.tension);
+        println!("{cables}: {} sub-steps, {:?}", run.work.substeps, run.work.stages.cables);
+        let ledger = &run.frames.ledger[run.frames.time.len() - 1];
+        below("energy residual", ledger.residual().abs() / ledger.start, 1e-2);
+        below("created", ledger.created / ledger.start, 2e-2);
         Deployment::of(&case, &run)
     });
     println!("{springs:?}\n{elements:?}");

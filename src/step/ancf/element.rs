@@ -93,7 +93,7 @@ pub struct NodeList {
 
 impl NodeList {
     /// Entries in the list.
-    pub fn len(self) -> usize {
+    pub fn size(self) -> usize {
         2 * self.elements + 2
     }
 
@@ -104,12 +104,12 @@ impl NodeList {
 
     /// All others: they are the cable's own.
     pub fn inner(self) -> impl Iterator<Item = usize> {
-        (1..self.len()).filter(move |place| *place != 2 * self.elements)
+        (1..self.size()).filter(move |place| *place != 2 * self.elements)
     }
 
     /// A cable's matrix, of elements that all have `matrix`.
     fn assemble(self, matrix: &ElementMatrix) -> DMatrix<f64> {
-        let mut all = DMatrix::zeros(self.len(), self.len());
+        let mut all = DMatrix::zeros(self.size(), self.size());
         for element in 0..self.elements {
             for (i, row) in matrix.iter().enumerate() {
                 for (j, value) in row.iter().enumerate() {
@@ -211,7 +211,7 @@ mod tests {
     fn condensation_solves_the_whole_mass_matrix() {
         for elements in [1, 2, 3, 5] {
             let layout = NodeList { elements };
-            let force: Vec<f64> = (0..layout.len()).map(|i| (1.7 * i as f64).sin()).collect();
+            let force: Vec<f64> = (0..layout.size()).map(|i| (1.7 * i as f64).sin()).collect();
             let whole = layout
                 .assemble(&MASS)
                 .lu()
