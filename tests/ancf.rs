@@ -118,9 +118,9 @@ fn a_pendulum_swings_with_its_period() {
     let period = crossings[1] - crossings[0];
     let small = 2.0 * std::f64::consts::PI * (length / 9.81).sqrt();
     let wanted = small * (1.0 + angle.powi(2) / 16.0 + 11.0 * angle.powi(4) / 3072.0);
-    below("period of a pendulum", (period / wanted - 1.0).abs(), 0.01);
+    below("period of a pendulum", (period / wanted - 1.0).abs(), 0.01); // measured 9.6e-4, the stretch by its weight
     let ledger = &simulation.audit.ledger;
-    below("energy of a pendulum", ledger.residual().abs() / 9.81, 1e-4);
+    below("energy of a pendulum", ledger.residual().abs() / 9.81, 1e-8); // measured 1.5e-10
 }
 
 /// Where a function that falls from 1e-3 to 3 is zero.
@@ -163,9 +163,9 @@ fn a_line_hangs_as_a_catenary() {
     let a = 0.5 * span / root(|u| length / span - u.sinh() / u);
     let sag = a * ((0.5 * span / a).cosh() - 1.0);
     let found = -simulation.state.knots.position[n / 2].z;
-    below("sag of a catenary", (found / sag - 1.0).abs(), 0.01);
+    below("sag of a catenary", (found / sag - 1.0).abs(), 0.01); // measured 5.1e-3, a stretch of 0.2 %
     let least = line.density * 9.81 * a;
-    below("its least tension", (pull / count / least - 1.0).abs(), 0.01);
+    below("its least tension", (pull / count / least - 1.0).abs(), 0.01); // measured 2.2e-3
 }
 
 /// A taut string of 1 m between two anchors, drawn out sideways as `mode` half waves: its net, and the
@@ -202,8 +202,8 @@ fn a_string_vibrates_with_its_frequency_and_keeps_its_energy() {
     let crossings = upward_crossings(&side, 2e-4);
     let periods = (crossings.len() - 1) as f64;
     let found = periods / (crossings[crossings.len() - 1] - crossings[0]);
-    below("frequency of a string", (found / frequency - 1.0).abs(), 0.01);
-    below("energy of a string over ten periods", worst / start, 1e-4);
+    below("frequency of a string", (found / frequency - 1.0).abs(), 0.01); // measured 7.2e-4
+    below("energy of a string over ten periods", worst / start, 1e-7); // measured 5.7e-9
 }
 
 /// A string that turns about an anchor with a mass at its end: T(x) = m ω² l + ρ A ω² (l² − x²) / 2.
@@ -229,7 +229,7 @@ fn a_whirling_string_pulls_as_hard_as_it_must() {
         // The largest within a step, at the quadrature's point that is nearest to the anchor.
         let near = 0.25 * cable as f64 + 0.0469 * 0.125;
         let wanted = rate * rate * (tip * length + 0.5 * line.density * (length * length - near * near));
-        below(&format!("tension of piece {cable}"), (tension / wanted - 1.0).abs(), 0.01);
+        below(&format!("tension of piece {cable}"), (tension / wanted - 1.0).abs(), 0.01); // measured 1.7e-3
     }
     let before = Simulation::new(&case).audit.angular_momentum(&Simulation::new(&case).state);
     let after = simulation.audit.angular_momentum(&simulation.state);
@@ -312,7 +312,8 @@ fn a_net_keeps_its_momenta_and_balances_its_energy() {
         let apart = run.frames.angular_momentum[last] - run.frames.angular_momentum[0];
         below("angular momentum over momentum", apart.norm() / first.norm(), 1e-13);
         let ledger = &run.frames.ledger[last];
-        below("energy residual", ledger.residual().abs() / ledger.start, 1e-2);
+        // Measured 8.1e-4 and 1.2e-3, undamped: leap-frog's own swing of the energy of the fastest modes.
+        below("energy residual", ledger.residual().abs() / ledger.start, 8e-3);
         below("created", ledger.created / ledger.start, 1e-2);
     }
 }
@@ -333,9 +334,10 @@ fn elements_open_the_net_as_the_mass_spring_net_does() {
     });
     println!("{springs:?}\n{elements:?}");
     let apart = |of: fn(&Deployment) -> f64| (of(&elements) / of(&springs) - 1.0).abs();
+    // Measured 3.2 %, 0.55 % and 0.55 %; the source's own are up to 4.3, 6.0 and 7.2 %.
     below("maximum area", apart(|d| d.max_area_m2), 0.1);
-    below("deployment time", apart(|d| d.deployment_time_s), 0.1);
-    below("travelling distance", apart(|d| d.travelling_distance_m), 0.1);
+    below("deployment time", apart(|d| d.deployment_time_s), 0.055);
+    below("travelling distance", apart(|d| d.travelling_distance_m), 0.055);
 }
 
 /// What elements have no answer to is refused by its place in the scene, all at once.

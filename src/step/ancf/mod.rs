@@ -79,7 +79,7 @@ impl Method for CableElements {
 
     fn price(&self, solver: &Solver, _n_knots: usize, n_cables: usize, work: &Work) -> f64 {
         let elements = f64::from(solver.ancf.unwrap_or_default().elements);
-        30e-9 * elements * n_cables as f64 * work.substeps as f64
+        60e-9 * elements * n_cables as f64 * work.substeps as f64
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
