@@ -12,10 +12,14 @@ const STATUS: i32 = 130;
 
 static LEFT_BEHIND: Mutex<String> = Mutex::new(String::new());
 
+/// What is to be saved before the program ends.
+static UNSAVED: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
+
 /// From now on a signal to end (the keyboard's, or another program's) ends the program once the
 /// file that is being written is whole, and says what [`leaves`] told.
 pub fn listen() {
     let handler = || {
+        save();
         // Held until the program is gone: nothing begins to be written any more.
         let _idle = files::when_idle();
         end("interrupted", STATUS)
@@ -27,6 +31,7 @@ pub fn listen() {
 /// Ends the program in the same way, with status 1, when it has run for `limit`.
 pub fn after(limit: Duration) {
     let over = move || {
+        save();
         let _idle = files::when_idle();
         end(&format!("error: the time limit of {} s is over", limit.as_secs_f64()), 1)
     };
@@ -38,6 +43,18 @@ pub fn after(limit: Duration) {
         std::thread::sleep(limit);
         over()
     });
+}
+
+/// From now on `save` is called before the program ends in such a way.
+pub fn saves(save: impl FnOnce() + Send + 'static) {
+    *UNSAVED.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(save));
+}
+
+fn save() {
+    let unsaved = UNSAVED.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(save) = unsaved {
+        save();
+    }
 }
 
 fn end(why: &str, status: i32) -> ! {

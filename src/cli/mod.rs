@@ -6,12 +6,14 @@ mod cost;
 mod interrupt;
 mod list;
 mod manual;
+mod map;
 mod members;
 mod new;
 mod reading;
 mod run;
 mod show;
 mod stress;
+mod sweep;
 mod terminal;
 
 use std::process::ExitCode;
@@ -19,7 +21,10 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand, ValueEnum};
 use tumblenet::failure::Failure;
 use tumblenet::problems::{Problems, visible};
+use tumblenet::read::input_schema;
 use tumblenet::report::files::WriteError;
+use tumblenet::scene::schema::Scene;
+use tumblenet::study::sweep::spec::SweepSpec;
 
 /// Where to begin.
 const FIRST_STEPS: &str = "\
@@ -60,18 +65,35 @@ enum Command {
     Cost(cost::Arguments),
     /// Runs the catalogue of hard cases: what must hold, and what does.
     Stress(stress::Arguments),
+    /// Runs one scene at many points of its parameters: a row of a table for each member.
+    Sweep(sweep::Arguments),
+    /// Draws the probability of capture over one or two inputs of a sweep.
+    Map(map::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
     List,
     /// Shows a scene with every default filled in, and what a run of it consists of.
     Show(show::Arguments),
-    /// Prints the JSON Schema of scenes.
-    Schema,
+    /// Prints the JSON Schema of scenes, or of studies.
+    Schema {
+        /// Of which kind of file.
+        #[arg(value_enum, default_value = "scene")]
+        of: SchemaOf,
+    },
     /// Prints completions of commands and options for a shell.
     Completions(manual::Completions),
     /// Prints the manual page.
     Man,
+}
+
+/// Kinds of input files.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SchemaOf {
+    /// Scenes, of `run` and all others.
+    Scene,
+    /// Studies, of `sweep`.
+    Study,
 }
 
 /// How results are printed.
@@ -141,9 +163,12 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::List) => list::main(),
         Some(Command::Show(arguments)) => show::main(&arguments),
         Some(Command::New(arguments)) => new::main(&arguments),
-        Some(Command::Schema) => {
-            print(&json(&tumblenet::read::input_schema::<tumblenet::scene::schema::Scene>()))
-        }
+        Some(Command::Sweep(arguments)) => sweep::main(&arguments),
+        Some(Command::Map(arguments)) => map::main(&arguments),
+        Some(Command::Schema { of }) => print(&json(&match of {
+            SchemaOf::Scene => input_schema::<Scene>(),
+            SchemaOf::Study => input_schema::<SweepSpec>(),
+        })),
         Some(Command::Completions(arguments)) => manual::completions(&arguments),
         Some(Command::Man) => manual::page(),
     }

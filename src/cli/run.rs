@@ -230,7 +230,8 @@ fn at_most(case: &Case, arguments: &Arguments, limits: &Limits) -> Result<Option
     problems.into_result(Some(Some(at_most)))
 }
 
-fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> {
+/// Runs `case` and writes all its results to the folder `out`.
+pub(super) fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> {
     // Before the run, not after: an unwritable folder should cost no run.
     results::make_place(out)?;
     interrupt::leaves("nothing of this run was written");

@@ -4,12 +4,15 @@ pub mod compare;
 pub mod cost;
 pub mod ensemble;
 pub mod files;
+pub mod map;
 pub mod page;
 pub mod plots;
 pub mod replay;
 pub mod results;
+pub mod rows;
 pub mod stress;
 pub mod survival;
+pub mod sweep;
 pub mod table;
 pub mod text_table;
 

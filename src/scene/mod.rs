@@ -65,8 +65,10 @@ impl Source {
             return problems.into_result(source);
         }
         let path = Path::new(scene);
-        let json =
-            read_text(path, &limits, &mut problems).and_then(|text| json::parse(&text, "", &mut problems));
+        let known =
+            || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.instead_of(scene));
+        let json = read_text(path, &limits, known, &mut problems)
+            .and_then(|text| json::parse(&text, "", &mut problems));
         let name = name_of(path);
         let folder = path.parent().map(Path::to_path_buf);
         problems.into_result(json.map(|json| Source { name, input: scene.to_owned(), folder, json, limits }))
@@ -163,7 +165,7 @@ impl Source {
 
 /// Name of the scene in the file `path`: the file's without its ending. It becomes that of a folder, which `..`
 /// is not (the stem of `...json`).
-fn name_of(path: &Path) -> String {
+pub(crate) fn name_of(path: &Path) -> String {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     match stem.trim_matches('.') {
         "" => "scene".to_owned(),
@@ -171,10 +173,13 @@ fn name_of(path: &Path) -> String {
     }
 }
 
-fn read_text(path: &Path, limits: &Limits, problems: &mut Problems) -> Option<String> {
-    let name = path.to_string_lossy();
-    let known =
-        || format!("the path of a scene file, or a built-in scene: {}", Kind::Scene.instead_of(&name));
+/// Text of the input file `path`; what `known` says may stand in its place where there is none.
+pub(crate) fn read_text(
+    path: &Path,
+    limits: &Limits,
+    known: impl Fn() -> String,
+    problems: &mut Problems,
+) -> Option<String> {
     match limits::read_file(path, limits.of(Limit::Text)).map(String::from_utf8) {
         Ok(Ok(text)) => return Some(text),
         Ok(Err(error)) => problems.add("", format!("no UTF-8 text ({error})"), "JSON in UTF-8"),

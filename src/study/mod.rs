@@ -6,3 +6,4 @@ pub mod ensemble;
 pub mod settle;
 pub mod stress;
 pub mod survival;
+pub mod sweep;

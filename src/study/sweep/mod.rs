@@ -1,0 +1,431 @@
+//! A sweep: one scene at many points of its parameters, a row of a table for every member.
+//!
+//! Member i of a study with m members a point is the copy i mod m of point ⌊i / m⌋. It is its number and the study's seed,
+//! nothing else: which thread, shard or machine runs it, in which order, and how often, changes no bit of its row. What
+//! depends on the machine, as wall times do, is in no row.
+
+pub mod design;
+pub mod draw;
+pub mod logistic;
+pub mod map;
+pub mod spec;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::str::FromStr;
+
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use super::ensemble::{self, EnsembleRequest};
+use super::settle;
+use crate::assets::Kind;
+use crate::case::Case;
+use crate::json;
+use crate::limits::{Limit, Limits};
+use crate::metrics::summary::Summary;
+use crate::problems::{Problems, nearest, visible};
+use crate::provenance::Provenance;
+use crate::read::{self, join};
+use crate::scene::{self, Source};
+use crate::target::files::Files;
+use design::{Picks, Points};
+use draw::Parameter;
+use spec::{Design, SweepSpec};
+
+/// Columns of every table before those of the inputs, and after them before the numbers of the summary.
+const FIRST: [&str; 3] = ["member", "point", "seed"];
+const OUTCOME: [&str; 4] = ["captured", "verdict", "reason", "failure"];
+
+/// How the columns of inputs begin.
+const INPUT: &str = "input.";
+
+/// Blocks of the summary that no table has: what is the same for all, or the machine's.
+const LEFT_OUT: [&str; 5] = ["solver.", "wall_s", "trust_horizon_s", "time_shares.", "provenance."];
+
+/// A study that was checked.
+pub struct Sweep {
+    spec: SweepSpec,
+    points: Points,
+    /// The scene before anything varies, every default filled in.
+    source: Source,
+    case: Case,
+    n_members: u64,
+    /// Numbers of the summary that rows have.
+    names: Vec<String>,
+}
+
+/// What a table's rows were made from: `study.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SweepPlan {
+    /// What the study asks.
+    pub title: String,
+    /// Rows of the same key go together: same scene, parameters, seed and program.
+    pub key: String,
+    /// Hash of scene and target before anything varies.
+    pub scene_hash: String,
+    /// All members.
+    pub members: u64,
+    /// Columns of a row.
+    pub columns: Vec<String>,
+    /// The study as written.
+    pub study: SweepSpec,
+    /// The scene before anything varies, every default filled in.
+    pub scene: Value,
+    /// What made it.
+    pub provenance: Provenance,
+}
+
+/// A part of a sweep: every n-th member.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Its number, from 1.
+    pub number: u64,
+    /// How many there are.
+    pub of: u64,
+}
+
+impl Shard {
+    /// All of it.
+    pub const ALL: Shard = Shard { number: 1, of: 1 };
+
+    /// Whether it has `member`.
+    pub fn has(self, member: u64) -> bool {
+        member % self.of == self.number - 1
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Shard, String> {
+        let parts =
+            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match parts {
+            Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
+            _ => Err("I/N, a number from 1 to N, as in 2/7".to_owned()),
+        }
+    }
+}
+
+/// How a member ended, and its row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its number, from 0.
+    pub member: u64,
+    /// Whether the target was captured; nothing without a verdict.
+    pub captured: Option<bool>,
+    /// A text for each column.
+    pub fields: Vec<String>,
+}
+
+impl Sweep {
+    /// Finds, reads and checks the study in the file `path`.
+    ///
+    /// # Errors
+    /// Every fault at once: of the study, of its scene, and of the scene at the ends of every parameter.
+    pub fn load(path: &str, limits: Limits) -> Result<Sweep, Problems> {
+        let mut problems = Problems::new(path);
+        let file = Path::new(path);
+        let text = scene::read_text(file, &limits, || "the path of a study file".to_owned(), &mut problems);
+        let written = text.and_then(|text| json::parse(&text, "", &mut problems));
+        let spec = written.and_then(|value| read::typed::<SweepSpec>(&value, "", &mut problems));
+        let sweep = spec.and_then(|spec| Sweep::check(spec, file, limits, &mut problems));
+        problems.into_result(sweep)
+    }
+
+    fn check(spec: SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Sweep> {
+        let parameters = parameters(&spec, problems);
+        let whole = parameters.len() == spec.parameters.len();
+        let points = Points::new(spec.design, spec.seed, parameters, problems);
+        let n_members = points.count().and_then(|points| points.checked_mul(spec.members));
+        if limits.exceeded(Limit::Members, n_members.map_or(f64::INFINITY, |members| members as f64)) {
+            let found = n_members
+                .map_or_else(|| "more than can be counted".to_owned(), |members| members.to_string());
+            problems.add("design", format!("{found} members"), limits.allowed(Limit::Members));
+        }
+        let names = names(&spec, problems);
+        let source = source(&spec, file, limits, problems)?;
+        let case = built(&source, "scene", problems)?;
+        check_fold(&spec, &case, &limits, problems);
+        if whole {
+            for (number, parameter) in points.parameters().iter().enumerate() {
+                check_ends(&source, parameter, &format!("parameters[{number}]"), problems);
+            }
+        }
+        Some(Sweep { spec, points, source, case, n_members: n_members?, names })
+    }
+
+    /// All members.
+    pub fn n_members(&self) -> u64 {
+        self.n_members
+    }
+
+    /// Name for results and messages.
+    pub fn name(&self) -> &str {
+        &self.source.name
+    }
+
+    /// The scene before anything varies.
+    pub fn case(&self) -> &Case {
+        &self.case
+    }
+
+    /// The columns of a row.
+    pub fn columns(&self) -> Vec<String> {
+        // Some are numbers of the summary too: the spin as it begins, and as it ends.
+        let inputs = self.points.parameters().iter().flat_map(Parameter::columns);
+        let inputs = inputs.map(|name| format!("{INPUT}{name}"));
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        names(&FIRST)
+            .into_iter()
+            .chain(inputs)
+            .chain(names(&OUTCOME))
+            .chain(self.names.iter().cloned())
+            .collect()
+    }
+
+    /// What rows made by `program` go together with.
+    pub fn plan(&self, program: &str) -> SweepPlan {
+        SweepPlan {
+            title: self.spec.title.clone(),
+            key: self.key(program),
+            scene_hash: self.case.hash().to_owned(),
+            members: self.n_members,
+            columns: self.columns(),
+            study: self.spec.clone(),
+            scene: self.source.json.clone(),
+            provenance: Provenance::here(),
+        }
+    }
+
+    /// The key of rows made by `program`. How many points an open design has is no part of it: more may come.
+    fn key(&self, program: &str) -> String {
+        let mut spec = SweepSpec { title: String::new(), scene: String::new(), ..self.spec.clone() };
+        if let Design::Sobol { points } | Design::Random { points } = &mut spec.design {
+            *points = 0;
+        }
+        let mut hasher = Sha256::new();
+        for text in [program, self.case.hash(), &serde_json::to_string(&spec).unwrap_or_default()] {
+            hasher.update(text);
+            hasher.update([0]);
+        }
+        hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    fn request(&self) -> EnsembleRequest {
+        EnsembleRequest {
+            members: 0,
+            perturb_m: self.spec.perturb_m,
+            seed: self.spec.seed,
+            at_most_s: self.spec.at_most_s.map(|time| time.0),
+        }
+    }
+
+    /// Beyond the scene's end a member goes on for so long at most, until its verdict is decided [s].
+    pub fn at_most_s(&self) -> Option<f64> {
+        self.request().at_most_s
+    }
+
+    fn picks(&self, member: u64) -> Picks {
+        self.points.at(member / self.spec.members, member)
+    }
+
+    /// The scene that `member` runs.
+    ///
+    /// # Errors
+    /// Faults that the ends of no single parameter have.
+    pub fn member(&self, member: u64) -> Result<Case, Problems> {
+        self.member_at(member, &self.picks(member))
+    }
+
+    fn member_at(&self, member: u64, picks: &Picks) -> Result<Case, Problems> {
+        let mut source = self.source.clone();
+        let all = self.points.parameters().iter().zip(picks);
+        let changes =
+            all.filter_map(|(parameter, pick)| Some(change(&parameter.path, &pick.as_ref()?.value)));
+        source.set(&changes.collect::<Vec<_>>())?;
+        let case = Case::build(&source)?;
+        Ok(ensemble::perturbed(&case, &self.request(), member as usize))
+    }
+
+    /// Runs `member`. Whatever becomes of it, it has a row.
+    pub fn run(&self, member: u64) -> Row {
+        let picks = self.picks(member);
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.outcome(member, &picks)))
+            .unwrap_or_else(|_| Err("a panic, which is a fault of the program".to_owned()));
+        let (point, seed) = (member / self.spec.members, self.spec.seed);
+        let mut fields = vec![member.to_string(), point.to_string(), seed.to_string()];
+        fields.extend(self.points.shown(&picks, |path| self.source.json.pointer(&pointer(path))));
+        let (capture, failure) = match &outcome {
+            Ok(summary) => (summary.capture, String::new()),
+            Err(why) => (None, visible(&why.replace("\n  ", " "), false).into_owned()),
+        };
+        let text = |text: Option<&str>| text.unwrap_or_default().to_owned();
+        fields.push(text(capture.map(|capture| if capture.captured { "true" } else { "false" })));
+        fields.push(text(capture.map(|capture| capture.verdict.name())));
+        fields.push(text(capture.map(|capture| capture.reason.name())));
+        fields.push(failure);
+        let scalars: std::collections::HashMap<String, f64> =
+            outcome.map_or_else(|_| Default::default(), |summary| summary.scalars().into_iter().collect());
+        let number = |name: &String| scalars.get(name).map_or_else(String::new, |value| draw::number(*value));
+        fields.extend(self.names.iter().map(number));
+        Row { member, captured: capture.map(|capture| capture.captured), fields }
+    }
+
+    fn outcome(&self, member: u64, picks: &Picks) -> Result<Summary, String> {
+        let case = self.member_at(member, picks).map_err(|problems| problems.to_string())?;
+        let (run, curves) =
+            settle::run(&case, self.at_most_s(), |_| {}).map_err(|failure| failure.to_string())?;
+        Summary::of(&case, &run, &curves).sound()
+    }
+
+    /// Runs `members` in parallel, the first ones first; `done` hears of each as it ends.
+    pub fn run_all(&self, members: Vec<u64>, done: impl Fn(Row) + Sync) {
+        members.into_iter().par_bridge().for_each(|member| done(self.run(member)));
+    }
+}
+
+/// The parameters of `spec`, those without a fault.
+fn parameters(spec: &SweepSpec, problems: &mut Problems) -> Vec<Parameter> {
+    let mut paths: Vec<&str> = Vec::new();
+    for (number, varied) in spec.parameters.iter().enumerate() {
+        let within = |one: &str, other: &str| one == other || one.starts_with(&format!("{other}."));
+        let twice = paths.iter().find(|known| within(known, &varied.path) || within(&varied.path, known));
+        if let Some(known) = twice {
+            let found = format!("{:?} beside {known:?}", varied.path);
+            problems.add(
+                format!("parameters[{number}].path"),
+                found,
+                "a value of the scene that no other parameter changes",
+            );
+        }
+        paths.push(&varied.path);
+    }
+    let all = spec.parameters.iter().enumerate();
+    all.filter_map(|(number, varied)| Parameter::read(varied, &format!("parameters[{number}]"), problems))
+        .collect()
+}
+
+/// The numbers of the summary that rows have.
+fn names(spec: &SweepSpec, problems: &mut Problems) -> Vec<String> {
+    let mut names = Summary::scalar_names();
+    names.retain(|name| !LEFT_OUT.iter().any(|block| name.starts_with(block)));
+    let Some(wanted) = &spec.collect else { return names };
+    let is = |name: &str, wanted: &str| name == wanted || name.starts_with(&format!("{wanted}."));
+    for (number, wanted) in
+        wanted.iter().enumerate().filter(|(_, wanted)| !names.iter().any(|name| is(name, wanted)))
+    {
+        let blocks = names.iter().filter_map(|name| name.split('.').next());
+        let meant = nearest(wanted, names.iter().map(String::as_str).chain(blocks));
+        let meant = meant.map_or_else(String::new, |meant| format!("did you mean {meant}? "));
+        let allowed = format!(
+            "{meant}A number of the summary but those of solver and machine, or a block of them: capture"
+        );
+        problems.add(format!("collect[{number}]"), format!("{wanted:?}"), allowed);
+    }
+    names.retain(|name| wanted.iter().any(|wanted| is(name, wanted)));
+    names
+}
+
+/// The scene of `spec` in the study `file`, before anything varies, every default filled in.
+fn source(spec: &SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Source> {
+    let name = scene::name_of(file);
+    let (text, folder) = match Kind::Scene.text(&spec.scene) {
+        Some(text) => (text.to_owned(), None),
+        None => {
+            // A path without a folder is in this one.
+            let folder = file.parent().unwrap_or(Path::new(""));
+            let (bytes, path) =
+                Files::of(Some(folder), &limits).read(&spec.scene, Limit::Text, "scene", problems)?;
+            match String::from_utf8(bytes) {
+                Ok(text) => (text, path.parent().map(Path::to_path_buf)),
+                Err(error) => {
+                    problems.add("scene", format!("no UTF-8 text ({error})"), "JSON in UTF-8");
+                    return None;
+                }
+            }
+        }
+    };
+    let json = json::parse(&text, "scene", problems)?;
+    let mut source = Source { name, input: spec.scene.clone(), folder, json, limits };
+    let mut changes: Vec<String> = spec.set.iter().map(|(path, value)| change(path, value)).collect();
+    if let Some((cables, contact)) = spec.solver.as_deref().and_then(|pair| pair.split_once('+')) {
+        changes.extend([format!("solver.cables=\"{cables}\""), format!("solver.contact=\"{contact}\"")]);
+    }
+    // What the scene itself is expected to show is expected of no member.
+    changes.push("expect=null".to_owned());
+    if let Err(faults) = source.change(&changes) {
+        faults
+            .list
+            .into_iter()
+            .for_each(|fault| problems.add(join("set", &fault.place), fault.found, fault.allowed));
+        return None;
+    }
+    let mut own = Problems::new("");
+    let filled = source.scene(&mut own, |_, _| ()).and_then(|scene| serde_json::to_value(scene).ok());
+    match filled {
+        Some(filled) => source.json = filled,
+        // With all its faults, not only those of single values.
+        None => drop(built(&source, "scene", problems)),
+    }
+    own.list.is_empty().then_some(source)
+}
+
+/// The case of `source`; its faults go to those of the study's `place`.
+fn built(source: &Source, place: &str, problems: &mut Problems) -> Option<Case> {
+    let built = Case::build(source);
+    built
+        .map_err(|faults| {
+            for fault in faults.list {
+                problems.add(join(place, &fault.place), fault.found, fault.allowed);
+            }
+        })
+        .ok()
+}
+
+/// Adds what the scene does not allow at the ends of `parameter`, which stands at `place`.
+fn check_ends(source: &Source, parameter: &Parameter, place: &str, problems: &mut Problems) {
+    for (end, pick) in parameter.ends() {
+        if problems.is_full() {
+            return;
+        }
+        let mut changed = source.clone();
+        let faults = changed
+            .set(&[change(&parameter.path, &pick.value)])
+            .and_then(|()| Case::build(&changed).map(drop));
+        for fault in faults.err().into_iter().flat_map(|faults| faults.list) {
+            let found = format!("{}, with which {} is {}", pick.value, fault.place, fault.found);
+            problems.add(join(place, &end), found, fault.allowed);
+        }
+    }
+}
+
+/// Checks what members add to the scene: moved knots, and time.
+fn check_fold(spec: &SweepSpec, case: &Case, limits: &Limits, problems: &mut Problems) {
+    let at_most_s = spec.at_most_s.map(|time| time.0);
+    let request = EnsembleRequest { members: 0, perturb_m: spec.perturb_m, seed: spec.seed, at_most_s };
+    for fault in request.check(case).err().into_iter().flat_map(|faults| faults.list) {
+        problems.add("perturb_m", fault.found, fault.allowed);
+    }
+    let Some(at_most) = at_most_s else { return };
+    if case.target().is_none() {
+        problems.add("at_most_s", "a scene without a target", "a scene with a target");
+    }
+    let steps = at_most / case.time_step().step * f64::from(case.time_step().substeps);
+    if limits.exceeded(Limit::Steps, steps) {
+        problems.add("at_most_s", format!("{at_most} s, {steps:.3e} steps"), limits.allowed(Limit::Steps));
+    }
+}
+
+fn change(path: &str, value: &Value) -> String {
+    format!("{path}={value}")
+}
+
+/// `target.spin_rad_s.0` as `/target/spin_rad_s/0`.
+fn pointer(path: &str) -> String {
+    format!("/{}", path.replace('.', "/"))
+}
