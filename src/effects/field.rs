@@ -18,6 +18,8 @@ pub struct Active<F> {
     stored: Option<f64>,
     /// Where the first half of the step ended [s].
     middle: f64,
+    /// Whether there is anything to feel: a cabin at rest without gravity is as good as none.
+    acts: bool,
 }
 
 impl<F: Field + 'static> Active<F> {
@@ -26,13 +28,14 @@ impl<F: Field + 'static> Active<F> {
         let free = context.target.filter(|target| target.motion == Motion::Free);
         let target = free.map(|target| (target.mass, target.inertia));
         let masses = Masses { knots: context.net.mass.clone(), target };
-        Interaction::new(name, about, Active { field, masses, stored: None, middle: 0.0 })
+        let acts = context.options.has_fields;
+        Interaction::new(name, about, Active { field, masses, stored: None, middle: 0.0, acts })
     }
 }
 
 impl<F: Field> Effect for Active<F> {
     fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
-        Some(self)
+        if self.acts { Some(self) } else { None }
     }
 
     fn observer(&mut self) -> Option<&mut dyn StepObserver> {
