@@ -51,6 +51,11 @@ pub trait ForceElement: Send {
 pub trait HalfKick: Send {
     /// Half the kick of a step of `step` seconds; what it did.
     fn kick(&mut self, state: &mut State, step: f64, half: Half) -> EffectWork;
+
+    /// Whether it changes velocities of knots: then methods bring these to the time of the positions first.
+    fn kicks_knots(&self) -> bool {
+        true
+    }
 }
 
 /// Holds knots in every part of a step: in every sub-step of a net of our own.
@@ -249,6 +254,7 @@ pub struct Interactions {
     times: Vec<Duration>,
     forces: Vec<AppliedForces>,
     half_kicks: Vec<usize>,
+    kicks_knots: bool,
     constraints: Vec<usize>,
     contacts: Vec<usize>,
     observers: Vec<usize>,
@@ -273,8 +279,10 @@ impl Interactions {
         let forces = of_kind(|effect| effect.forces().is_some());
         let applied =
             |index| AppliedForces { index, forces: Forces::default(), work_on_bodies: 0.0, stored: 0.0 };
+        let kicks_knots = of_kind(|effect| effect.half_kick().is_some_and(|kick| kick.kicks_knots()));
         Interactions {
             half_kicks: of_kind(|effect| effect.half_kick().is_some()),
+            kicks_knots: !kicks_knots.is_empty(),
             constraints: of_kind(|effect| effect.constraint().is_some()),
             contacts: of_kind(|effect| effect.contacts().is_some()),
             observers: of_kind(|effect| effect.observer().is_some()),
@@ -311,6 +319,11 @@ impl Interactions {
     /// Whether any kicks.
     pub fn kick(&self) -> bool {
         !self.half_kicks.is_empty()
+    }
+
+    /// Whether any changes velocities of knots.
+    pub fn kick_knots(&self) -> bool {
+        self.kicks_knots
     }
 
     /// Half a kick of a step of `step` seconds, the second half in reverse order; `record` hears what each

@@ -172,6 +172,10 @@ impl HalfKick for Recoiling {
         }
         EffectWork { count: 1, ..EffectWork::default() }
     }
+
+    fn kicks_knots(&self) -> bool {
+        false
+    }
 }
 
 impl StepObserver for Recoiling {

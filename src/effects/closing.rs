@@ -186,6 +186,10 @@ impl HalfKick for ClosingThreads {
         self.passed_on += work;
         EffectWork { work, ..EffectWork::default() }
     }
+
+    fn kicks_knots(&self) -> bool {
+        false
+    }
 }
 
 impl StepObserver for ClosingThreads {

@@ -35,7 +35,7 @@ impl<F: Field + 'static> Active<F> {
 
 impl<F: Field> Effect for Active<F> {
     fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
-        if self.acts { Some(self) } else { None }
+        Some(self)
     }
 
     fn observer(&mut self) -> Option<&mut dyn StepObserver> {
@@ -60,6 +60,10 @@ impl<F: Field> HalfKick for Active<F> {
             Half::First => work,
             Half::Second => EffectWork { count: self.masses.knots.len() as u64, ..work },
         }
+    }
+
+    fn kicks_knots(&self) -> bool {
+        self.acts
     }
 }
 

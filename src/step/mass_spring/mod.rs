@@ -179,7 +179,7 @@ impl Stepper for MassSpring {
         let bounces = self.bounces || with.bounce();
         // Semi-implicit Euler's velocities are those of half a sub-step before. A field that turns what moves would
         // turn the wrong ones: with it they are brought to the time of the positions at both ends of the step.
-        let in_time = with.kick() && self.net.lags();
+        let in_time = with.kick_knots() && self.net.lags();
         for substep in 0..self.n_substeps {
             if bounces {
                 self.unkicked.clear();

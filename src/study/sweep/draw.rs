@@ -51,7 +51,8 @@ impl Pick {
     fn of_vector(vector: [f64; 3]) -> Pick {
         let length = vector.iter().map(|number| number * number).sum::<f64>().sqrt();
         let tilt = if length > 0.0 { (vector[0].abs() / length).min(1.0).acos().to_degrees() } else { 0.0 };
-        let numbers = vector.into_iter().chain([rounded(length), rounded(tilt)]);
+        // Fewer digits than those that they are made of.
+        let numbers = vector.into_iter().chain([length, tilt].map(|number| of_digits(number, 10)));
         Pick { value: json!(vector), shown: numbers.map(number).collect() }
     }
 }
@@ -72,7 +73,12 @@ fn shown(value: &Value) -> String {
 
 /// The nearest number of twelve digits.
 fn rounded(value: f64) -> f64 {
-    format!("{value:.11e}").parse().unwrap_or(value)
+    of_digits(value, 12)
+}
+
+fn of_digits(value: f64, n_digits: usize) -> f64 {
+    let after_point = n_digits - 1;
+    format!("{value:.after_point$e}").parse().unwrap_or(value)
 }
 
 impl Parameter {
