@@ -274,7 +274,8 @@ fn set_changes_values_and_removes_keys() {
     assert!(summary.get("capture").is_none() && summary.get("contact").is_none());
 }
 
-/// Made by what every net flew with before: undamped cables and semi-implicit Euler at its own step, 0.14 of the launch energy.
+/// Made by what every net flew with before: undamped cables and semi-implicit Euler at its own step, 0.09 of the launch
+/// energy; copies that differ in the last digits make less, by chance.
 #[test]
 fn a_run_that_creates_energy_ends_with_status_1_and_says_so() {
     let mut scene = common::small_scene();
@@ -283,8 +284,8 @@ fn a_run_that_creates_energy_ends_with_status_1_and_says_so() {
     let folder = with_scene(&scene);
     for arguments in [
         &["run", "scene.json", "--out", "one"][..],
-        &["run", "scene.json", "--out", "many", "--ensemble", "2"],
-        &["compare", "scene.json", "--out", "compared", "--members", "1", "--solvers", "explicit+impulse"],
+        &["run", "scene.json", "--out", "many", "--ensemble", "2", "--perturb", "0"],
+        &["compare", "scene.json", "--out", "c", "--perturb", "0", "--solvers", "explicit+impulse"],
     ] {
         let output = tumblenet(folder.path(), arguments);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", err(&output));
