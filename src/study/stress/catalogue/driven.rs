@@ -223,7 +223,6 @@ fn together() -> [StressCase; 4] {
             "threads, a tug, friction, strands, cables and a free chaser at once",
             with(with(small_capture(), closing(1.0)), all),
         )
-        .limited("explicit+impulse", COARSE, &["solver.step_s=1e-5"], &RISES)
         .limited("joints+rapier", BEFORE, &[], &RISES_BEFORE)
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
