@@ -117,11 +117,6 @@ pub struct EnergyAudit {
     in_contacts: f64,
 }
 
-/// Energy that contact forces on knots hold [J].
-fn in_contacts(state: &State) -> f64 {
-    state.contacts.iter().map(|contact| contact.stored).sum()
-}
-
 struct TargetMass {
     mass: f64,
     inertia: Matrix3<f64>,
@@ -205,10 +200,11 @@ impl EnergyAudit {
             on_knots += work.on_knots;
             self.add(index, work);
         });
-        // What a contact force holds is not taken yet.
-        self.ledger.contact += self.in_contacts - in_contacts(after);
+        let held_before = self.in_contacts;
         // Last: an effect may settle what it stores in its account.
         self.measure_stored(after, effects);
+        // What a contact force holds is not taken yet.
+        self.ledger.contact += held_before - self.in_contacts;
         // Δkinetic = work of contacts and effects + work of cables; the cables keep Δelastic of theirs.
         let by_cables = (self.ledger.kinetic_net - kinetic) - on_knots;
         let taken = -by_cables - (self.ledger.elastic - elastic);
@@ -247,9 +243,10 @@ impl EnergyAudit {
         self.ledger.elastic = 0.0;
         for cable in self.cables.iter() {
             let across = position[cable.b] - position[cable.a];
-            let rate = velocity[cable.b] - velocity[cable.a];
-            self.ledger.elastic += cable.energy((across - lag * rate).norm());
-            let strain = across.norm() / cable.rest_length - 1.0;
+            let length = across.norm();
+            let was = || (across - lag * (velocity[cable.b] - velocity[cable.a])).norm();
+            self.ledger.elastic += cable.energy(if lag > 0.0 { was() } else { length });
+            let strain = length / cable.rest_length - 1.0;
             if strain > self.strained.0 {
                 self.strained = (strain, cable.a);
             }
@@ -277,7 +274,7 @@ impl EnergyAudit {
 
     /// Measures what `effects` store.
     pub fn measure_stored(&mut self, state: &State, effects: &mut Interactions) {
-        self.in_contacts = in_contacts(state);
+        self.in_contacts = state.contacts.iter().map(|contact| contact.stored).sum();
         self.ledger.stored = effects.stored_energy(state) + self.in_contacts;
     }
 

@@ -3,6 +3,7 @@
 //! A `Case` is built only when every check has passed. What is changed afterwards, by studies and tests that bring
 //! their own net, target or step, goes through [`Case::changed`] or [`Case::with_scene`], which check it again.
 
+use data_encoding::HEXLOWER;
 use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
@@ -277,5 +278,5 @@ fn hash(scene: &Scene, target: Option<&Target>) -> String {
             hasher.update(number.to_le_bytes());
         }
     }
-    hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    HEXLOWER.encode(&hasher.finalize()[..8])
 }

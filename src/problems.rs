@@ -53,6 +53,13 @@ impl Problems {
         }
     }
 
+    /// Adds `faults` of what stands at `above`.
+    pub fn add_below(&mut self, above: &str, faults: Problems) {
+        for fault in faults.list {
+            self.add(join(above, &fault.place), fault.found, fault.allowed);
+        }
+    }
+
     /// `value` when nothing was found, else the faults.
     ///
     /// # Errors
@@ -122,6 +129,11 @@ pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&
     let likeness = known.map(|known| (strsim::jaro(word, known), known));
     let best = likeness.max_by(|one, other| one.0.total_cmp(&other.0));
     best.filter(|(likeness, _)| *likeness >= LIKE).map(|(_, known)| known)
+}
+
+/// `did you mean X? ` where a word of `known` is like `word`, else nothing.
+pub fn did_you_mean<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> String {
+    nearest(word, known).map_or_else(String::new, |meant| format!("did you mean {meant}? "))
 }
 
 /// Path `below` under path `above`.

@@ -2,6 +2,7 @@
 //!
 //! Everything is in the local frame O-XYZ, SI units.
 
+use data_encoding::HEXLOWER;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use sha2::{Digest, Sha256};
 
@@ -315,7 +316,7 @@ impl State {
             [position, velocity, rate].iter().for_each(|v| v.iter().for_each(&mut add));
             attitude.coords.iter().for_each(&mut add);
         }
-        hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+        HEXLOWER.encode(&hasher.finalize()[..8])
     }
 
     /// The first knot whose position or velocity is not a number.

@@ -4,20 +4,17 @@ mod common;
 
 use std::path::Path;
 
-use common::program::{err, out, tumblenet};
+use common::program::{self, err, out, tumblenet};
 use serde_json::{Value, json};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// A capture that takes a blink: a net of 3 x 3 meshes around a box.
+/// The same around a thinner box, of which a run warns.
 fn small_capture() -> Value {
-    let mut scene = common::small_scene();
-    scene["duration_s"] = json!(0.3);
-    scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.08, 0.25, 0.15] }] },
-        "distance_m": 0.2, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
-    scene["capture"] = json!({ "hold_s": 0.1 });
+    let mut scene = program::small_capture();
+    scene["target"]["shape"]["parts"][0]["cuboid"][0] = json!(0.08);
     scene
 }
 

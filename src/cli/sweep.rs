@@ -1,10 +1,10 @@
 //! `tumblenet sweep`: one scene at many points of its parameters.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{Args, Subcommand};
+use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 use tumblenet::problems::Problems;
 use tumblenet::report::files::{self, WriteError};
@@ -171,24 +171,18 @@ fn go_on(
     // A fault would be told by the next command, as missing rows.
     interrupt::saves(move || drop(unsaved.close()));
     stage("running the members");
-    let (captured, of) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    for is_captured in kept.rows.values().filter_map(|row| row.captured) {
-        captured.fetch_add(usize::from(is_captured), Ordering::Relaxed);
-        of.fetch_add(1, Ordering::Relaxed);
-    }
+    let ends: Vec<bool> = kept.rows.values().filter_map(|row| row.captured).collect();
+    let counts = Mutex::new((ends.iter().filter(|is_captured| **is_captured).count(), ends.len()));
     let bar = Progress::new((kept.rows.len() + n_missing) as u64, sweep.name());
     bar.set(kept.rows.len() as u64);
-    let told = Mutex::new(());
     sweep.run_all(missing, |row: Row| {
         keeper.keep(&row);
-        if let Some(is_captured) = row.captured {
-            captured.fetch_add(usize::from(is_captured), Ordering::Relaxed);
-            of.fetch_add(1, Ordering::Relaxed);
-        }
-        let _one_by_one = told.lock().unwrap_or_else(PoisonError::into_inner);
-        let (captured, of) = (captured.load(Ordering::Relaxed), of.load(Ordering::Relaxed));
+        let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
+        counts.0 += usize::from(row.captured == Some(true));
+        counts.1 += usize::from(row.captured.is_some());
+        let (captured, of) = *counts;
         if of > 0 {
-            bar.name(format!("{}, {}", sweep.name(), report::share_words(&Share::of(captured.min(of), of))));
+            bar.name(format!("{}, {}", sweep.name(), report::share_words(&Share::of(captured, of))));
         }
         bar.one_more();
     });
@@ -222,5 +216,5 @@ fn any_finished(result: &SweepResult) -> Result<(), Error> {
 fn program() -> Result<String, WriteError> {
     let this = std::env::current_exe().map_err(|error| WriteError::new(Path::new("the program"), error))?;
     let bytes = std::fs::read(&this).map_err(|error| WriteError::new(&this, error))?;
-    Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(HEXLOWER.encode(&Sha256::digest(bytes)))
 }

@@ -9,7 +9,8 @@ use super::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour};
 use super::results;
 use super::rows::{KeptRows, fields};
 use super::sweep::share_words;
-use crate::problems::{Problems, nearest};
+use crate::problems::{Problems, did_you_mean};
+use crate::study::Z;
 use crate::study::sweep::SweepPlan;
 use crate::study::sweep::map::{CaptureMap, MapSample};
 
@@ -35,8 +36,7 @@ pub fn samples(plan: &SweepPlan, kept: &mut KeptRows, names: &[String]) -> Resul
     let mut columns = Vec::new();
     for name in names {
         let Some(column) = column(name) else {
-            let meant = nearest(name, plan.columns.iter().map(String::as_str));
-            let meant = meant.map_or_else(String::new, |meant| format!("did you mean {meant}? "));
+            let meant = did_you_mean(name, plan.columns.iter().map(String::as_str));
             problems.add("", name, format!("{meant}Columns of the table: {}", plan.columns.join(", ")));
             continue;
         };
@@ -109,7 +109,7 @@ pub fn words(map: &CaptureMap) -> String {
     let coefficients = map.terms.iter().zip(&map.fit.coefficients).enumerate();
     let terms: Vec<String> = coefficients
         .map(|(i, (term, value))| {
-            format!("{value:+.2} ± {:.2} ({term})", 1.96 * map.fit.covariance[i][i].sqrt())
+            format!("{value:+.2} ± {:.2} ({term})", Z * map.fit.covariance[i][i].sqrt())
         })
         .collect();
     let letters = ["u", "v"].iter().zip(&map.inputs);

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 
 use super::files::{self, WriteError};
@@ -133,7 +134,7 @@ pub fn line<T: AsRef<[u8]>>(fields: &[T]) -> Vec<u8> {
 }
 
 fn digest(text: &[u8]) -> String {
-    Sha256::digest(text).iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    HEXLOWER.encode(&Sha256::digest(text)[..8])
 }
 
 /// Where a row is, and how its member ended.

@@ -1,6 +1,6 @@
 //! A sweep as files and words: `study.json`, the merged `table.csv`, `sweep.json`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::files::{self, Together, WriteError};
 use super::results;
 use super::rows::{KeptRows, MOST_BYTES, fields, line, ranges};
+use super::table::verdict_words;
 use crate::limits;
 use crate::study::ensemble::Share;
 use crate::study::sweep::{Shard, SweepPlan};
@@ -145,10 +146,8 @@ pub fn words(result: &SweepResult) -> String {
     }
     text.push('.');
     if let Some(share) = &result.captured {
-        let counts = result.verdict_counts.iter();
-        let counts: Vec<String> =
-            counts.map(|(name, count)| format!("{count} {}", name.replace('_', " "))).collect();
-        text.push_str(&format!("\nOver all points {}: {}.", share_words(share), counts.join(", ")));
+        let counts = verdict_words(&result.verdict_counts);
+        text.push_str(&format!("\nOver all points {}: {counts}.", share_words(share)));
     }
     for path in &result.damaged {
         text.push_str(&format!("\nDamaged, its rows do not count: {}", path.display()));
@@ -170,6 +169,6 @@ pub fn share_words(share: &Share) -> String {
 pub fn missing(plan: &SweepPlan, kept: &KeptRows, shards: Option<u64>) -> String {
     let members = kept.missing(plan);
     let Some(of) = shards else { return ranges(&members) };
-    let has_missing = |number: &u64| members.iter().any(|&member| Shard { number: *number, of }.has(member));
-    ranges(&(1..=of).filter(has_missing).collect::<Vec<_>>())
+    let numbers: BTreeSet<u64> = members.iter().map(|&member| Shard::with(member, of).number).collect();
+    ranges(&Vec::from_iter(numbers))
 }

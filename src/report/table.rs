@@ -1,5 +1,7 @@
 //! The result of a run as a table that a person enjoys reading.
 
+use std::collections::BTreeMap;
+
 use comfy_table::{Cell, CellAlignment};
 
 use super::text_table::TextTable;
@@ -79,21 +81,23 @@ pub fn ensemble(ensemble: &Ensemble) -> String {
     text
 }
 
+/// How often each verdict was given, as `3 held so far, 1 lost`.
+pub fn verdict_words(counts: &BTreeMap<String, usize>) -> String {
+    let words: Vec<String> =
+        counts.iter().map(|(verdict, count)| format!("{count} {}", verdict.replace('_', " "))).collect();
+    words.join(", ")
+}
+
 /// What became of the captures of an ensemble, in a sentence or two; empty without a target.
 pub fn ensemble_verdict(ensemble: &Ensemble) -> String {
     let Some(share) = &ensemble.captured else { return String::new() };
-    let verdicts: Vec<String> = ensemble
-        .verdict_counts
-        .iter()
-        .map(|(verdict, count)| format!("{count} {}", verdict.replace('_', " ")))
-        .collect();
     let [low, high] = share.interval_95.map(|bound| 100.0 * bound);
     let mut text = format!(
         "Captured {} of {} ({:.0} %; 95 % interval {low:.0} to {high:.0} %): {}.",
         share.captured,
         share.of,
         100.0 * share.share,
-        verdicts.join(", ")
+        verdict_words(&ensemble.verdict_counts)
     );
     if let Some(survival) = &ensemble.survival {
         text.push_str(&format!(" Of those ever held: {}.", super::survival::words(survival)));

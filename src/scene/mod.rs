@@ -173,6 +173,13 @@ pub(crate) fn name_of(path: &Path) -> String {
     }
 }
 
+/// What was read of the input at `place` as text.
+pub(crate) fn as_text(bytes: Vec<u8>, place: &str, problems: &mut Problems) -> Option<String> {
+    String::from_utf8(bytes)
+        .map_err(|error| problems.add(place, format!("no UTF-8 text ({error})"), "JSON in UTF-8"))
+        .ok()
+}
+
 /// Text of the input file `path`; what `known` says may stand in its place where there is none.
 pub(crate) fn read_text(
     path: &Path,
@@ -180,9 +187,8 @@ pub(crate) fn read_text(
     known: impl Fn() -> String,
     problems: &mut Problems,
 ) -> Option<String> {
-    match limits::read_file(path, limits.of(Limit::Text)).map(String::from_utf8) {
-        Ok(Ok(text)) => return Some(text),
-        Ok(Err(error)) => problems.add("", format!("no UTF-8 text ({error})"), "JSON in UTF-8"),
+    match limits::read_file(path, limits.of(Limit::Text)) {
+        Ok(bytes) => return as_text(bytes, "", problems),
         Err(Unread::NoFile) => problems.add("", "no file", known()),
         Err(Unread::TooLong(length)) => {
             problems.add("", format!("{length} bytes"), limits.allowed(Limit::Text));

@@ -17,12 +17,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Z;
 use super::ensemble::Share;
 use crate::metrics::summary::Summary;
 use crate::metrics::verdict::Verdict;
-
-/// Normal quantile of 97.5 %.
-const Z: f64 = 1.959_963_984_540_054;
 
 /// Share still held over time since it was first held.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -6,6 +6,7 @@ use super::plain;
 use crate::report::page::Figure;
 use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour, dashed, kind_colour};
 use crate::report::survival::Named;
+use crate::report::table::verdict_words;
 use crate::study::compare::difference::{BoxPlot, Differences, Horizon, Separation};
 use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD};
 use crate::study::compare::{Compared, Comparison, Outcome};
@@ -462,17 +463,13 @@ fn bars(rows: Vec<Barred>, x: Axis) -> Vec<Panel> {
 fn verdicts(comparison: &Comparison) -> Figure {
     let bar = |(v, variant, outcome): (usize, &Compared, &Outcome)| {
         let share = outcome.captured?;
-        let verdicts: Vec<String> = outcome
-            .verdict_counts
-            .iter()
-            .map(|(verdict, count)| format!("{count} {}", verdict.replace('_', " ")))
-            .collect();
+        let verdicts = verdict_words(&outcome.verdict_counts);
         Some(Barred {
             name: variant.label.clone(),
             colour: colour(v),
             value: 100.0 * share.share,
             whisker: share.interval_95.map(|bound| 100.0 * bound),
-            note: format!("{} of {}: {}", share.captured, share.of, verdicts.join(", ")),
+            note: format!("{} of {}: {verdicts}", share.captured, share.of),
         })
     };
     Figure {

@@ -57,11 +57,6 @@ impl Points {
         }
     }
 
-    /// Whether more points may be added at the end without moving any.
-    pub fn is_open(&self) -> bool {
-        matches!(self.design, Design::Sobol { .. } | Design::Random { .. })
-    }
-
     /// The values at `point` for `member`, which counts only for what is drawn for every member.
     pub fn at(&self, point: u64, member: u64) -> Picks {
         match self.design {

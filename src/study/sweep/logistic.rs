@@ -12,6 +12,8 @@ use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::study::Z;
+
 /// λ.
 pub const RIDGE: f64 = 0.01;
 
@@ -20,9 +22,6 @@ const MOST_STEPS: usize = 100;
 
 /// Halvings of a step that would make things worse, at most.
 const MOST_HALVINGS: usize = 30;
-
-/// Quantile of the standard normal distribution for an interval of 95 %.
-const TWO_SIDED: f64 = 1.959_963_984_540_054;
 
 /// A fitted regression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -83,7 +82,7 @@ impl LogisticFit {
         let logit = dot(&self.coefficients);
         let variance: f64 =
             self.covariance.iter().zip(features).map(|(row, feature)| feature * dot(row)).sum();
-        let either = TWO_SIDED * variance.max(0.0).sqrt();
+        let either = Z * variance.max(0.0).sqrt();
         Probability {
             value: logistic(logit),
             interval_95: [logistic(logit - either), logistic(logit + either)],

@@ -14,6 +14,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::str::FromStr;
 
+use data_encoding::HEXLOWER;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -27,7 +28,7 @@ use crate::case::Case;
 use crate::json;
 use crate::limits::{Limit, Limits};
 use crate::metrics::summary::Summary;
-use crate::problems::{Problems, nearest, visible};
+use crate::problems::{Problems, did_you_mean, visible};
 use crate::provenance::Provenance;
 use crate::read::{self, join};
 use crate::scene::{self, Source};
@@ -92,9 +93,14 @@ impl Shard {
     /// All of it.
     pub const ALL: Shard = Shard { number: 1, of: 1 };
 
+    /// The one of so many that has `member`.
+    pub fn with(member: u64, of: u64) -> Shard {
+        Shard { number: member % of + 1, of }
+    }
+
     /// Whether it has `member`.
     pub fn has(self, member: u64) -> bool {
-        member % self.of == self.number - 1
+        self == Shard::with(member, self.of)
     }
 }
 
@@ -213,21 +219,12 @@ impl Sweep {
             hasher.update(text);
             hasher.update([0]);
         }
-        hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
-    }
-
-    fn request(&self) -> EnsembleRequest {
-        EnsembleRequest {
-            members: 0,
-            perturb_m: self.spec.perturb_m,
-            seed: self.spec.seed,
-            at_most_s: self.spec.at_most_s.map(|time| time.0),
-        }
+        HEXLOWER.encode(&hasher.finalize()[..8])
     }
 
     /// Beyond the scene's end a member goes on for so long at most, until its verdict is decided [s].
     pub fn at_most_s(&self) -> Option<f64> {
-        self.request().at_most_s
+        self.spec.at_most_s.map(|time| time.0)
     }
 
     fn picks(&self, member: u64) -> Picks {
@@ -249,7 +246,7 @@ impl Sweep {
             all.filter_map(|(parameter, pick)| Some(change(&parameter.path, &pick.as_ref()?.value)));
         source.set(&changes.collect::<Vec<_>>())?;
         let case = Case::build(&source)?;
-        Ok(ensemble::perturbed(&case, &self.request(), member as usize))
+        Ok(ensemble::perturbed(&case, &request(&self.spec), member as usize))
     }
 
     /// Runs `member`. Whatever becomes of it, it has a row.
@@ -320,8 +317,7 @@ fn names(spec: &SweepSpec, problems: &mut Problems) -> Vec<String> {
         wanted.iter().enumerate().filter(|(_, wanted)| !names.iter().any(|name| is(name, wanted)))
     {
         let blocks = names.iter().filter_map(|name| name.split('.').next());
-        let meant = nearest(wanted, names.iter().map(String::as_str).chain(blocks));
-        let meant = meant.map_or_else(String::new, |meant| format!("did you mean {meant}? "));
+        let meant = did_you_mean(wanted, names.iter().map(String::as_str).chain(blocks));
         let allowed = format!(
             "{meant}A number of the summary but those of solver and machine, or a block of them: capture"
         );
@@ -341,13 +337,7 @@ fn source(spec: &SweepSpec, file: &Path, limits: Limits, problems: &mut Problems
             let folder = file.parent().unwrap_or(Path::new(""));
             let (bytes, path) =
                 Files::of(Some(folder), &limits).read(&spec.scene, Limit::Text, "scene", problems)?;
-            match String::from_utf8(bytes) {
-                Ok(text) => (text, path.parent().map(Path::to_path_buf)),
-                Err(error) => {
-                    problems.add("scene", format!("no UTF-8 text ({error})"), "JSON in UTF-8");
-                    return None;
-                }
-            }
+            (scene::as_text(bytes, "scene", problems)?, path.parent().map(Path::to_path_buf))
         }
     };
     let json = json::parse(&text, "scene", problems)?;
@@ -359,10 +349,7 @@ fn source(spec: &SweepSpec, file: &Path, limits: Limits, problems: &mut Problems
     // What the scene itself is expected to show is expected of no member.
     changes.push("expect=null".to_owned());
     if let Err(faults) = source.change(&changes) {
-        faults
-            .list
-            .into_iter()
-            .for_each(|fault| problems.add(join("set", &fault.place), fault.found, fault.allowed));
+        problems.add_below("set", faults);
         return None;
     }
     let mut own = Problems::new("");
@@ -377,14 +364,7 @@ fn source(spec: &SweepSpec, file: &Path, limits: Limits, problems: &mut Problems
 
 /// The case of `source`; its faults go to those of the study's `place`.
 fn built(source: &Source, place: &str, problems: &mut Problems) -> Option<Case> {
-    let built = Case::build(source);
-    built
-        .map_err(|faults| {
-            for fault in faults.list {
-                problems.add(join(place, &fault.place), fault.found, fault.allowed);
-            }
-        })
-        .ok()
+    Case::build(source).map_err(|faults| problems.add_below(place, faults)).ok()
 }
 
 /// Adds what the scene does not allow at the ends of `parameter`, which stands at `place`.
@@ -404,14 +384,19 @@ fn check_ends(source: &Source, parameter: &Parameter, place: &str, problems: &mu
     }
 }
 
+/// How members of a point differ from each other, and how long they run.
+fn request(spec: &SweepSpec) -> EnsembleRequest {
+    let at_most_s = spec.at_most_s.map(|time| time.0);
+    EnsembleRequest { members: 0, perturb_m: spec.perturb_m, seed: spec.seed, at_most_s }
+}
+
 /// Checks what members add to the scene: moved knots, and time.
 fn check_fold(spec: &SweepSpec, case: &Case, limits: &Limits, problems: &mut Problems) {
-    let at_most_s = spec.at_most_s.map(|time| time.0);
-    let request = EnsembleRequest { members: 0, perturb_m: spec.perturb_m, seed: spec.seed, at_most_s };
+    let request = request(spec);
     for fault in request.check(case).err().into_iter().flat_map(|faults| faults.list) {
         problems.add("perturb_m", fault.found, fault.allowed);
     }
-    let Some(at_most) = at_most_s else { return };
+    let Some(at_most) = request.at_most_s else { return };
     if case.target().is_none() {
         problems.add("at_most_s", "a scene without a target", "a scene with a target");
     }
