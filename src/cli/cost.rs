@@ -7,16 +7,13 @@ use clap::Args;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tumblenet::case::Case;
-use tumblenet::limits;
-use tumblenet::problems::Problems;
 use tumblenet::report::cost as report;
 use tumblenet::report::files::{self, WriteError};
 use tumblenet::scene::Source;
-use tumblenet::study::cost::accuracy::Table;
-use tumblenet::study::cost::{self, Store, Study, StudyRequest};
+use tumblenet::study::cost::{self, Store, StudyRequest};
 use tumblenet::study::ensemble;
 
-use super::members::{Kept, MOST_KEPT};
+use super::members::Kept;
 use super::reading::{Reading, time};
 use super::run::duration;
 use super::terminal::{Progress, stage};
@@ -26,11 +23,7 @@ use super::{Error, Format, json, print, say};
 #[derive(Args)]
 pub struct Arguments {
     /// Scene file, or name of a built-in scene.
-    #[arg(required_unless_present = "collect")]
-    scene: Option<String>,
-    /// Prints the table that `run --accuracy` reads, from the `cost.json` of studies made before.
-    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "scene")]
-    collect: Vec<PathBuf>,
+    scene: String,
     /// What the study may spend: `90s`, `5min` of processor time of a quiet core, counted in work, so that a busy
     /// machine measures the same and takes longer.
     #[arg(long, value_name = "TIME", default_value = "90s", value_parser = budget)]
@@ -63,31 +56,10 @@ fn budget(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A study made before.
-///
-/// # Errors
-/// The file cannot be read, or is no study of this version.
-pub(super) fn read(file: &Path) -> Result<Study, Problems> {
-    let mut problems = Problems::new(file.display().to_string());
-    let rule = "the cost.json of a study of this version";
-    let study = match limits::read_file(file, MOST_KEPT) {
-        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| problems.add("", error, rule)).ok(),
-        Err(error) => {
-            problems.add("", error, rule);
-            None
-        }
-    };
-    problems.into_result(study)
-}
-
 /// Runs the study and writes its report.
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
-    let Some(scene) = &arguments.scene else {
-        let studies = arguments.collect.iter().map(|file| read(file)).collect::<Result<Vec<Study>, _>>()?;
-        return print(&json(&Table::of(&studies)));
-    };
     stage("reading and checking");
-    let mut source = Source::find_within(scene, arguments.reading.limits()?)?;
+    let mut source = Source::find_within(&arguments.scene, arguments.reading.limits()?)?;
     source.change(&arguments.changes)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(&source.name).join("cost"));
     // Checked before the folder is made, and the folder before the runs.

@@ -12,15 +12,15 @@ use tumblenet::metrics::warnings;
 use tumblenet::problems::Problems;
 use tumblenet::report::{ensemble as report, files, results, table};
 use tumblenet::scene::{self, Source};
-use tumblenet::study::cost::accuracy::{Accuracy, Table};
-use tumblenet::study::cost::advice;
+use tumblenet::study::cost::accuracy::Accuracy;
+use tumblenet::study::cost::calibration;
 use tumblenet::study::ensemble::{self, Ensemble, EnsembleRequest, Member};
 use tumblenet::study::settle;
 
 use super::members::Kept;
 use super::reading::Reading;
 use super::terminal::{self, Progress, remark, stage};
-use super::{Error, Format, cost, interrupt, json, print, say};
+use super::{Error, Format, interrupt, json, print, say};
 
 /// Arguments of `run`.
 #[derive(Args)]
@@ -177,33 +177,13 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     met(&case, &summary)
 }
 
-/// The scene with a setting that reaches `accuracy`: from a study of this very scene if there is one in
-/// its usual place, else from the table of built-in scenes. Which it is goes to standard error.
+/// The scene with a setting that reaches `accuracy` on its own flight. Which it is goes to standard error.
 fn with_accuracy(scene: &str, changes: &[String], limits: Limits, accuracy: Accuracy) -> Result<Case, Error> {
+    stage("calibrating");
     let mut source = Source::find_within(scene, limits)?;
     source.change(changes)?;
-    let case = Case::build(&source)?;
-    let studies = default_folder(&case).join("cost");
-    files::recover(&studies);
-    let studied = studies.join("cost.json");
-    let own = studied.exists().then(|| cost::read(&studied)).transpose();
-    // A study of another version, or of the scene before it was changed, says nothing.
-    let own = own.ok().flatten().filter(|study| study.scene_hash == case.hash());
-    let found = match &own {
-        Some(study) => study.find(&case, accuracy),
-        None => Table::built_in().find(&case, accuracy),
-    };
-    let found = found.map_err(|finest| {
-        let mut problems = Problems::new("--accuracy");
-        let wanted = advice::length(accuracy.length(case.net().designed_area.sqrt()));
-        let rule = match own {
-            Some(_) => "what the study of this scene reached",
-            None => "what was measured for such scenes; `tumblenet cost` measures this one",
-        };
-        problems.add("", wanted, format!("at least {}, {rule}", advice::length(finest)));
-        problems
-    })?;
-    remark(&format!("accuracy: {}", found.words));
+    let found = calibration::calibrate(&source, changes, accuracy)?;
+    remark(&format!("accuracy: {}", found.words()));
     // The user's own word last: what is set by hand stays.
     source.set(&found.changes)?;
     source.set(changes)?;

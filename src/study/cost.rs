@@ -15,12 +15,13 @@
 //! | [`verdicts`] | after contact: distributions |
 //! | [`map`] | where a method is stable |
 //! | [`advice`] | what to use, in a sentence |
-//! | [`accuracy`] | settings measured on built-in scenes, for `run --accuracy` |
+//! | [`calibration`], [`accuracy`] | a setting that reaches an accuracy, for `run --accuracy` |
 
 pub mod accuracy;
 pub mod advice;
 pub mod bench;
 pub mod budget;
+pub mod calibration;
 pub mod dials;
 pub mod errors;
 pub mod front;

@@ -135,11 +135,7 @@ impl Evaluation {
                 let of = |knots: &[usize]| distance(&found, reference, knots, frames);
                 Some(Apart { bullets: of(&reference.bullets)?, knots: of(&grid)? })
             });
-            let curve = found.iter().zip(&reference.knots).map(|(found, there)| {
-                let far = reference.bullets.iter().map(|&bullet| (found[bullet] - there[bullet]).norm());
-                far.fold(0.0, f64::max)
-            });
-            (apart.collect(), curve.collect())
+            (apart.collect(), reference.bullets_apart(run))
         });
         Evaluation {
             apart,

@@ -347,6 +347,12 @@ impl Reference {
         })
     }
 
+    /// Largest distance of a bullet of `run`, frame by frame [m]; as many as `run` has.
+    pub fn bullets_apart(&self, run: &Run) -> Vec<f64> {
+        let found = at_times(run, &self.times);
+        found.iter().zip(&self.knots).map(|(found, there)| largest(found, there, &self.bullets)).collect()
+    }
+
     /// Frames up to the end of each window.
     pub fn window_frames(&self) -> Vec<usize> {
         let frames = |window: &Window| self.times.partition_point(|time| *time <= window.end_s + 1e-9);
@@ -365,7 +371,7 @@ fn mean(members: &[ReferenceRun], frames: usize) -> KnotFrames {
 }
 
 /// Largest distance between two places of the same knot, of those listed [m].
-fn largest(one: &[Vector3<f64>], other: &[Vector3<f64>], knots: &[usize]) -> f64 {
+pub fn largest(one: &[Vector3<f64>], other: &[Vector3<f64>], knots: &[usize]) -> f64 {
     knots.iter().map(|&knot| (one[knot] - other[knot]).norm()).fold(0.0, f64::max)
 }
 
