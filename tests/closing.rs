@@ -152,10 +152,14 @@ struct Jam {
     changes: &'static [&'static str],
     /// Deepest penetration allowed [m].
     penetration: f64,
-    /// When every winch is at its limit, and ten seconds later [s].
+    /// When every winch is at its limit [s].
     from: f64,
-    to: f64,
 }
+
+/// Pair, target of [`JAMS`], and how long the winches reel at their limit [s]. A minute of it under every pair stands in
+/// the catalogue (`winch-at-its-limit`).
+const JAMMED: [(&str, usize, f64); 3] =
+    [("joints+rapier", 0, 2.5), ("explicit+impulse", 0, 10.0), ("explicit+impulse", 1, 10.0)];
 
 /// The targets of Table 5.1 are too slender: their nets shut behind them and the threads come to
 /// their end. So the Cubesat is as thick as two, and the stage's net is of 18.5 m instead of 30 m.
@@ -166,11 +170,9 @@ const JAMS: [Jam; 2] = [
             r#"target.shape={"parts":[{"cuboid":[0.2,0.34,0.2]}]}"#,
             "target.spin_rad_s=[0,0,0]",
             "effects.closing.stop_share=0",
-            "duration_s=12",
         ],
         penetration: 1e-3,
         from: 2.0,
-        to: 12.0,
     },
     Jam {
         scene: "stage-spin-x-1.1-tube",
@@ -180,28 +182,27 @@ const JAMS: [Jam; 2] = [
             "target.distance_m=22",
             "target.spin_rad_s=[0,0,0]",
             "effects.closing.stop_share=0",
-            "duration_s=14",
         ],
         penetration: 5e-3,
         from: 4.0,
-        to: 14.0,
     },
 ];
 
-/// Reeling for 10 s at the tension limit: the net comes to rest, and nothing gains energy.
+/// Reeling for long at the tension limit: the net comes to rest, and nothing gains energy.
 #[test]
 fn a_jammed_winch_is_steady_and_gains_no_energy() {
-    let all: Vec<_> = JAMS.iter().flat_map(|jam| FAST_PAIRS.map(|pair| (jam, pair))).collect();
-    let one = |(jam, pair): (&'static Jam, &str)| {
-        let [cables, contact] = changes_of(pair);
-        (jam, Done::of(jam.scene, &[jam.changes, &[&cables, &contact]].concat()))
+    let one = |(pair, number, seconds): (&str, usize, f64)| {
+        let (jam, [cables, contact]) = (&JAMS[number], changes_of(pair));
+        let to = jam.from + seconds;
+        let duration = format!("duration_s={to}");
+        (jam, to, Done::of(jam.scene, &[jam.changes, &[&cables, &contact, &duration]].concat()))
     };
-    let jams: Vec<(&Jam, Done)> = all.into_par_iter().map(one).collect();
-    for (jam, done) in &jams {
+    let jams: Vec<(&Jam, f64, Done)> = JAMMED.into_par_iter().map(one).collect();
+    for (jam, to, done) in &jams {
         let name = format!("{}, {:?} cables", jam.scene, done.case.scene().solver.cables);
         let frames = &done.run.frames;
         let at = |time: f64| frames.time.iter().position(|&t| t >= time - 1e-9).unwrap();
-        let (from, to) = (at(jam.from), at(jam.to));
+        let (from, to) = (at(jam.from), at(*to));
 
         let tensions = done.threads("tension_n");
         let at_limit = |tension: &Vec<f64>| {

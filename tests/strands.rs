@@ -18,7 +18,7 @@ fn no_cable_is_left_inside_a_captured_target() {
     for pair in pairs() {
         // The engine's cables with contact of ours take short steps, six times as many.
         let is_slow = pair.starts_with("joints") && !pair.ends_with("rapier");
-        let (members, duration) = if is_slow { (2, "duration_s=1.2") } else { (3, "duration_s=2.0") };
+        let (members, duration) = if is_slow { (1, "duration_s=1.2") } else { (2, "duration_s=1.8") };
         let solver = changes_of(pair);
         let of = |effects: &str| {
             let changes = [effects, &solver[0], &solver[1], duration];
