@@ -10,11 +10,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
-use tumblenet::run::Run;
 use tumblenet::step::mass_spring::dopri5;
 use tumblenet::study::cost::accuracy::Accuracy;
 use tumblenet::study::cost::calibration::calibrate;
-use tumblenet::study::cost::errors::Evaluation;
 use tumblenet::study::cost::{self, Store, Study, StudyRequest};
 
 /// Keeps nothing.
@@ -91,17 +89,6 @@ fn a_study_measures_every_dial_against_the_reference() {
     }
     let measured = found.settings.iter().filter(|one| one.worth.is_some()).count();
     assert!(measured >= 12, "{measured} settings");
-}
-
-/// A dial turned the wrong way is said to be: momentum residuals of 1e-6 and 3e-15.
-#[test]
-fn what_32_bits_lose_is_warned_of() {
-    for (precision, warned) in [("f32", true), ("f64", false)] {
-        let case = common::scene("deployment-kevlar", &[&format!("solver.precision={precision}")]);
-        let run = Run::of(&case, |_| {}).unwrap();
-        let warnings = Evaluation::of(&case, &run, None).warnings(case.net().radius[0]);
-        assert_eq!(warnings.iter().any(|words| words.contains("loses momentum")), warned, "{warnings:?}");
-    }
 }
 
 fn program(arguments: &[&str], folder: &Path) -> Output {

@@ -97,6 +97,7 @@ fn hashed() -> Vec<(&'static str, String)> {
         "cables=explicit contact=penalty",
         "cables=joints contact=impulse",
         "flight=explicit substeps=4",
+        #[cfg(feature = "f32")]
         "precision=f32",
     ];
     let past_contact = others.map(|solver| {

@@ -76,7 +76,7 @@ impl Stock {
             ("cubesat-spin-x-2.0-tube", vec!["effects.friction.coefficient=0.3"]),
             ("cubesat-free", vec!["solver.cables=explicit", "solver.contact=penalty"]),
             ("stage-spin-x-1.1-tube", vec!["effects.closing.layout=cinch", "solver.flight=explicit"]),
-            ("ball-fixed", vec!["solver.contact=impulse", "solver.precision=f32", "net.middle_knots=1"]),
+            ("ball-fixed", vec!["solver.contact=impulse", "solver.restitution=0.5", "net.middle_knots=1"]),
         ] {
             let changes: Vec<String> = changes.into_iter().map(str::to_owned).collect();
             let case = Case::load(name, &changes).unwrap_or_else(|problems| panic!("{problems}"));

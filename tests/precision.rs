@@ -1,11 +1,16 @@
 //! What the engine's narrow numbers cost (`solver.precision: "f32"`), and that everything else is
 //! as in 64 bits.
+//!
+//! `cargo test --features f32 --test precision`
+#![cfg(feature = "f32")]
 
 mod common;
 
 use common::{below, case_of, changed, scene, small_scene, within};
 use serde_json::json;
+use tumblenet::run::Run;
 use tumblenet::simulation::Simulation;
+use tumblenet::study::cost::errors::Evaluation;
 
 /// A torque-free stage of 8 t that tumbles about its middle axis. The engine's own turning lost 9 % of its
 /// energy in 300 s with narrow numbers; a body is now turned by our side, so it keeps it in either.
@@ -80,4 +85,15 @@ fn in_f32_a_capture_keeps_momentum_to_single_precision() {
     below("joints+rapier, f64", kept("joints", "rapier", "f64"), 1e-12); // measured 9e-15
     within("joints+rapier, f32", kept("joints", "rapier", "f32"), [1e-8, 1e-3]); // measured 6e-6
     below("explicit+impulse, f32", kept("explicit", "impulse", "f32"), 1e-12); // measured 1e-14
+}
+
+/// A dial turned the wrong way is said to be: momentum residuals of 1e-6 and 3e-15.
+#[test]
+fn what_32_bits_lose_is_warned_of() {
+    for (precision, warned) in [("f32", true), ("f64", false)] {
+        let case = scene("deployment-kevlar", &[&format!("solver.precision={precision}")]);
+        let run = Run::of(&case, |_| {}).unwrap();
+        let warnings = Evaluation::of(&case, &run, None).warnings(case.net().radius[0]);
+        assert_eq!(warnings.iter().any(|words| words.contains("loses momentum")), warned, "{warnings:?}");
+    }
 }

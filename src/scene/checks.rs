@@ -8,7 +8,7 @@ use crate::limits::{Limit, Limits};
 use crate::net::{Net, spec};
 use crate::options::TimeStep;
 use crate::problems::Problems;
-use crate::solver::{CableModel, ContactModel, JOINTS_STEP};
+use crate::solver::{CableModel, ContactModel, JOINTS_STEP, Precision};
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::stability::{self, RESOLVES};
 use crate::target::Target;
@@ -123,6 +123,13 @@ fn check_frame(scene: &Scene, problems: &mut Problems) {
 fn check_solver(scene: &Scene, problems: &mut Problems) {
     let solver = &scene.solver;
     let own_contact = solver.contact != ContactModel::Rapier;
+    if solver.precision == Precision::F32 && !cfg!(feature = "f32") {
+        problems.add(
+            "solver.precision",
+            "\"f32\"",
+            "\"f64\": this program was built without the engine in 32 bits; build it with `--features f32`",
+        );
+    }
     if solver.cables != CableModel::Joints && !own_contact {
         problems.add(
             "solver.contact",

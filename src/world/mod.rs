@@ -13,7 +13,11 @@
 //! digit (`tests/precision.rs`).
 
 mod double;
+#[cfg(feature = "f32")]
 mod single;
+// Without the feature no scene asks for the narrow build (`scene::checks`).
+#[cfg(not(feature = "f32"))]
+use double as single;
 
 use nalgebra::Vector3;
 

@@ -154,8 +154,9 @@ fn joints(dials: &mut Dials<'_>, base: &Case) {
             add("joints, flight explicit", format!("flight explicit, joints {}", ms(h)), h, &changes);
         }
     }
-    // Whatever widths the engine has beside the default one.
-    for precision in names::<Precision>().iter().filter(|name| *name != "f64") {
+    // Whatever widths the engine has beside the default one, where they were built.
+    let widths = if cfg!(feature = "f32") { names::<Precision>() } else { Vec::new() };
+    for precision in widths.iter().filter(|name| *name != "f64") {
         for h in [1e-3, JOINTS_STEP, 1e-4] {
             let changes = [step(h), format!("solver.precision={precision}")];
             add("joints, precision", format!("{precision} {}", ms(h)), h, &changes);

@@ -12,6 +12,9 @@ pub fn cases() -> Vec<StressCase> {
     [scales().to_vec(), large_steps().to_vec(), vec![ten_thousand_knots()]].concat()
 }
 
+/// Where a program without the feature `f32` refuses it.
+const F32: &[&str] = &["solver.precision"];
+
 /// Numbers of 32 bits have seven digits: they promise as much, and no more.
 fn in_f32(numbers: &mut Numbers) {
     numbers.energy = Some(1e-2);
@@ -41,6 +44,7 @@ fn scales() -> [StressCase; 5] {
             "numbers of 32 bits keep seven digits, a net meets its target within tenths of a millimetre",
             with(small_capture(), json!({ "solver": { "precision": "f32" } })),
         )
+        .may_be_refused_at(F32)
         .bounded(in_f32),
         StressCase::new(
             Theme::Scale,
@@ -48,6 +52,7 @@ fn scales() -> [StressCase; 5] {
             "the same where a millimetre is the seventh digit",
             with(huge_capture(), json!({ "solver": { "precision": "f32" } })),
         )
+        .may_be_refused_at(F32)
         .bounded(in_f32)
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
