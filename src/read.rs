@@ -4,8 +4,12 @@
 //! types, unknown keys, missing keys and limits of single values need no code of ours. What is
 //! left to us is to say them in words, with the place in the file.
 
-use jsonschema::ValidationError;
+use std::any::{TypeId, type_name};
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex};
+
 use jsonschema::error::{TypeKind, ValidationErrorKind as Kind};
+use jsonschema::{ValidationError, Validator};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -28,6 +32,22 @@ pub fn input_schema<T: JsonSchema>() -> Value {
     let mut schema = schema::<T>();
     spelling::allow(&mut schema);
     schema
+}
+
+/// The schema that a user's `T` is checked against, and what checks it: made once, since a sweep reads a scene for each
+/// member.
+fn compiled<T: JsonSchema + 'static>() -> Arc<(Value, Validator)> {
+    static KNOWN: LazyLock<Mutex<HashMap<TypeId, Arc<(Value, Validator)>>>> = LazyLock::new(Mutex::default);
+    let mut known = KNOWN.lock().unwrap_or_else(|poison| poison.into_inner());
+    let compile = || {
+        let schema = input_schema::<T>();
+        match jsonschema::validator_for(&schema) {
+            Ok(validator) => Arc::new((schema, validator)),
+            // Our own schema: a fault in it is caught by the test below for every type that is read.
+            Err(error) => unreachable!("the schema of {} is invalid: {error}", type_name::<T>()),
+        }
+    };
+    known.entry(TypeId::of::<T>()).or_insert_with(compile).clone()
 }
 
 /// States the largest number of every type of whole numbers, which the generator leaves out.
@@ -53,22 +73,18 @@ fn bound_whole_numbers(schema: &mut Value) {
 
 /// Checks `value` against the schema of `T` and reads it; all faults go to `problems`, with their
 /// places below `place`.
-pub fn typed<T: JsonSchema + DeserializeOwned>(
+pub fn typed<T: JsonSchema + DeserializeOwned + 'static>(
     value: &Value,
     place: &str,
     problems: &mut Problems,
 ) -> Option<T> {
-    let schema = input_schema::<T>();
-    let validator = match jsonschema::validator_for(&schema) {
-        Ok(validator) => validator,
-        // Our own schema: a fault in it is caught by the test below for every type that is read.
-        Err(error) => unreachable!("the schema of {} is invalid: {error}", std::any::type_name::<T>()),
-    };
+    let compiled = compiled::<T>();
+    let (schema, validator) = &*compiled;
     if !validator.is_valid(value) {
         let faults = problems.list.len();
         let short = shortened(value, &mut { MOST_VALUES });
         for error in validator.iter_errors(&short) {
-            explain(&error, &schema, place, problems);
+            explain(&error, schema, place, problems);
         }
         if problems.list.len() == faults {
             // Past what was kept.
