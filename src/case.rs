@@ -3,6 +3,10 @@
 //! A `Case` is built only when every check has passed. What is changed afterwards, by studies and tests that bring
 //! their own net, target or step, goes through [`Case::changed`] or [`Case::with_scene`], which check it again.
 
+pub mod uncertain;
+
+use std::sync::Arc;
+
 use data_encoding::HEXLOWER;
 use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
@@ -19,6 +23,7 @@ use crate::step::limits::Demands;
 use crate::step::mass_spring::stability::{self, RESOLVES};
 use crate::target::Target;
 use crate::target::files::Files;
+use uncertain::Uncertain;
 
 /// A checked scene and what it is made of.
 #[derive(Clone)]
@@ -33,6 +38,8 @@ pub struct Case {
     built: Built,
     /// How much it may ask for while it runs.
     limits: Limits,
+    /// What is drawn for each member, where something is.
+    uncertain: Option<Arc<Uncertain>>,
 }
 
 /// What a scene is made into: what a study may bring itself, through [`Case::changed`].
@@ -95,22 +102,37 @@ impl Case {
     /// # Errors
     /// Every fault at once.
     pub fn build(source: &Source) -> Result<Case, Problems> {
+        let mut case = Case::build_point(source)?;
+        if let Some(uncertain) = &case.uncertain {
+            let mut problems = Problems::new(&source.input);
+            uncertain.check_ends(&mut problems);
+            case = problems.into_result(Some(case))?;
+        }
+        Ok(case)
+    }
+
+    /// The same, but what is uncertain is not tried at its ends: for one of many points of a scene that was.
+    ///
+    /// # Errors
+    /// Every other fault at once.
+    pub fn build_point(source: &Source) -> Result<Case, Problems> {
         let mut problems = Problems::new(&source.input);
         let limits = &source.limits;
         let files = Files::of(source.folder.as_deref(), limits);
         // Net and target, and every fault that does not need both.
         let parts = |scene: &mut Scene, problems: &mut Problems| {
             checks::check_scene(scene, limits, problems);
+            let uncertain = Uncertain::read(scene, source, problems);
             scene.effects.load(&files, problems);
             let net = checks::check_knots(&scene.net, limits, problems)
                 .then(|| Net::build(&scene.net, &scene.launch, problems))
                 .flatten();
             let target = scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", problems));
-            (net, target)
+            (net, target, uncertain)
         };
         let readable = |mut scene: Scene, problems: &mut Problems| drop(parts(&mut scene, problems));
         let case = source.scene(&mut problems, readable).and_then(|mut scene| {
-            let (net, target) = parts(&mut scene, &mut problems);
+            let (net, target, uncertain) = parts(&mut scene, &mut problems);
             let net = net?;
             let target = match target {
                 Some(None) => return None,
@@ -133,6 +155,7 @@ impl Case {
                 hash,
                 built: Built { net, target, time_step },
                 limits,
+                uncertain,
             };
             case.disperse(0);
             Some(case)
@@ -175,26 +198,33 @@ impl Case {
         self.limits
     }
 
+    /// What is drawn for each member, where something is uncertain.
+    pub fn uncertain(&self) -> Option<&Uncertain> {
+        self.uncertain.as_deref()
+    }
+
     /// The same with what `change` makes of net, target and step, whether or not the method would have chosen that
-    /// step; the scene stays as it is.
+    /// step; the scene stays as it is. Nothing in it is drawn any more.
     ///
     /// # Errors
     /// A net that does not hang together: lists of different lengths, cables between knots that are not there,
     /// masses or cables without a positive size. Anything that is not a number.
     pub fn changed(mut self, change: impl FnOnce(&mut Built)) -> Result<Case, Problems> {
         let mut problems = Problems::new(&*self.name);
+        self.uncertain = None;
         change(&mut self.built);
         self.built.check(&mut problems);
         problems.into_result(Some(self))
     }
 
     /// The same with what `change` makes of the scene's method, effects, limits and times; net, target and step
-    /// stay as they are.
+    /// stay as they are. Nothing in it is drawn any more.
     ///
     /// # Errors
     /// Every fault of the changed scene.
     pub fn with_scene(mut self, change: impl FnOnce(&mut Scene)) -> Result<Case, Problems> {
         let mut problems = Problems::new(&*self.name);
+        self.uncertain = None;
         change(&mut self.scene);
         checks::check_scene(&self.scene, &self.limits, &mut problems);
         problems.into_result(Some(self))
@@ -258,7 +288,7 @@ fn demands<'a>(scene: &'a Scene, net: &'a Net, target: Option<&'a Target>) -> De
         solver: &scene.solver,
         net,
         target,
-        launch_speed: scene.launch.speed_m_s,
+        launch_speed: scene.launch.top_speed(),
         sample: scene.output.sample_s.0.min(scene.duration_s.0),
         options: scene.effects.options(),
     }

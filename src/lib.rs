@@ -44,6 +44,7 @@
 //! | [`field`] | gravity and frames that turn |
 //! | [`effects`] | what a scene may call for |
 //! | [`audit`] | where energy and momentum went |
+//! | [`parameter`] | values that vary: lists, distributions, what is drawn from them |
 //! | [`scene`], [`case`](mod@case) | as written; as checked |
 //! | [`hits`] | how hard a contact is, whatever the step |
 //! | [`simulation`], [`run`] | the step, the record |
@@ -110,6 +111,8 @@ pub mod field;
 pub mod effects;
 
 pub mod audit;
+
+pub mod parameter;
 
 pub mod scene;
 

@@ -60,6 +60,11 @@ impl Problems {
         }
     }
 
+    /// All of them in one line, for a table.
+    pub fn in_a_line(&self) -> String {
+        self.to_string().replace("\n  ", " ")
+    }
+
     /// `value` when nothing was found, else the faults.
     ///
     /// # Errors

@@ -169,18 +169,21 @@ fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
     list?.try_into().ok()
 }
 
-/// Turns about x, then y, then z [deg] of a quaternion.
+fn turns(quaternion: &Value) -> Option<Value> {
+    let [w, x, y, z] = numbers(quaternion)?;
+    Some(json!(turns_of(&UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.0)?)))
+}
+
+/// Turns about x, then y, then z [deg] that make `turn`.
 ///
 /// R = Rx(a) Ry(b) Rz(c): the first row is (cos b cos c, −cos b sin c, sin b). Where cos b is nothing only a + c
 /// matters; so a is taken from R Rz(−c), whose second column is (0, cos a, sin a), whatever c is.
-fn turns(quaternion: &Value) -> Option<Value> {
-    let [w, x, y, z] = numbers(quaternion)?;
-    let turn = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.0)?;
+pub fn turns_of(turn: &UnitQuaternion<f64>) -> [f64; 3] {
     let r = *turn.to_rotation_matrix().matrix();
     let c = if r[(0, 0)].hypot(r[(0, 1)]) > 0.0 { (-r[(0, 1)]).atan2(r[(0, 0)]) } else { 0.0 };
     let rest = r * Rotation3::from_euler_angles(0.0, 0.0, -c).matrix();
     let (a, b) = (rest[(2, 1)].atan2(rest[(1, 1)]), rest[(0, 2)].atan2(rest[(0, 0)]));
-    Some(json!([a, b, c].map(|angle: f64| angle * (180.0 / PI))))
+    [a, b, c].map(|angle: f64| angle * (180.0 / PI))
 }
 
 #[cfg(test)]

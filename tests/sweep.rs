@@ -343,10 +343,15 @@ fn a_map_says_what_the_rows_say_and_refuses_what_is_no_number() {
     }
     printed(folder, &["map", "o", "--over", "input.launch.speed_m_s,deployment.max_area_m2", "--out", "two"]);
     assert!(folder.join("two/map.svg").exists());
+    let four = "input.launch.speed_m_s,deployment.max_area_m2,capture.mouth,capture.cqi";
+    printed(folder, &["map", "o", "--over", four, "--out", "four"]);
+    let svg = std::fs::read_to_string(folder.join("four/map.svg")).unwrap();
+    assert!(svg.contains("capture.mouth") && svg.contains("capture.cqi"), "slices are named");
+    assert!(!svg.contains("NaN"));
     for (over, fault) in [
         ("input.launch.speed", "did you mean input.launch.speed_m_s?"),
         ("input.effects.friction", "allowed: a column of numbers"),
-        ("point,seed,member", "one or two columns"),
+        ("point,seed,member,point,seed", "one to 4 columns"),
     ] {
         let refused = tumblenet(folder, &["map", "o", "--over", over]);
         let told = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -354,6 +359,61 @@ fn a_map_says_what_the_rows_say_and_refuses_what_is_no_number() {
         assert!(told.contains(fault), "{fault} not in {told}");
     }
     assert_eq!(tumblenet(folder, &["map", "nowhere", "--over", "point"]).status.code(), Some(2));
+}
+
+/// What is held at a time is read from when it was held first and lost; who ended before is undecided, and told.
+#[test]
+fn a_map_of_an_outcome_in_time_leaves_the_undecided_out() {
+    let folder = folder(|study| {
+        study["parameters"] = json!([{ "path": "launch.speed_m_s", "uniform": [0.5, 4] }]);
+        study["design"] = json!({ "kind": "random", "points": 24 });
+        study["members"] = json!(1);
+    });
+    let folder = folder.path();
+    printed(folder, &["sweep", "study.json", "--out", "o"]);
+    let table = table(folder, "o");
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let text = |row: &csv::StringRecord, name: &str| {
+        header
+            .iter()
+            .position(|known| known == name)
+            .map_or_else(String::new, |column| row[column].to_owned())
+    };
+    let time = |row: &csv::StringRecord, name: &str| text(row, name).parse::<f64>().ok();
+    let map = |outcome: &str| -> Value {
+        let arguments =
+            ["map", "o", "--over", "input.launch.speed_m_s", "--outcome", outcome, "--format", "json"];
+        serde_json::from_str(&printed(folder, &arguments)).unwrap()
+    };
+    for at in [0.08, 0.1, 0.12] {
+        let held = |row: &&csv::StringRecord| {
+            time(row, "capture.enclosed_at_s").is_some_and(|from| from <= at)
+                && time(row, "capture.first_lost_at_s").is_none_or(|lost| lost > at)
+        };
+        let found = map(&format!("held@{at}"));
+        assert_eq!(found["captured"]["captured"], json!(rows.iter().filter(held).count()), "{at} s");
+        assert_eq!((&found["captured"]["of"], &found["undecided"]), (&json!(24), &json!(0)), "{at} s");
+        assert_eq!(found["outcome"], json!(format!("held at {at} s")));
+    }
+    let so_far = rows.iter().filter(|row| text(row, "verdict") == "held_so_far").count();
+    let settled = rows.iter().filter(|row| text(row, "verdict") == "held_settled").count();
+    let found = map("settled");
+    assert_eq!(found["undecided"], json!(so_far));
+    assert_eq!(found["captured"]["captured"], json!(settled));
+    // Later nobody looked: only a loss, or that it settled, tells.
+    let decided = rows.iter().filter(|row| time(row, "capture.first_lost_at_s").is_some()).count() + settled;
+    if decided > 0 {
+        assert_eq!(map("held@99")["undecided"], json!(24 - decided));
+    }
+    for (outcome, fault) in [("held", "held@T with a time"), ("lost", "held@T"), ("held@0", "held@T")] {
+        let refused =
+            tumblenet(folder, &["map", "o", "--over", "input.launch.speed_m_s", "--outcome", outcome]);
+        let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{told}");
+        assert!(told.contains(fault), "{fault} not in {told}");
+    }
 }
 
 /// The studies of the examples are sound.

@@ -11,6 +11,7 @@ mod members;
 mod new;
 mod reading;
 mod run;
+mod sensitivity;
 mod show;
 mod stress;
 mod sweep;
@@ -67,8 +68,10 @@ enum Command {
     Stress(stress::Arguments),
     /// Runs one scene at many points of its parameters: a row of a table for each member.
     Sweep(sweep::Arguments),
-    /// Draws the probability of capture over one or two inputs of a sweep.
+    /// Draws the probability of capture, or of another outcome, over one to four inputs of a sweep.
     Map(map::Arguments),
+    /// Finds which input of a sweep the spread of its numbers comes from.
+    Sensitivity(sensitivity::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -165,6 +168,7 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::New(arguments)) => new::main(&arguments),
         Some(Command::Sweep(arguments)) => sweep::main(&arguments),
         Some(Command::Map(arguments)) => map::main(&arguments),
+        Some(Command::Sensitivity(arguments)) => sensitivity::main(&arguments),
         Some(Command::Schema { of }) => print(&json(&match of {
             SchemaOf::Scene => input_schema::<Scene>(),
             SchemaOf::Study => input_schema::<SweepSpec>(),

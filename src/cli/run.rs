@@ -49,7 +49,7 @@ pub struct Arguments {
     /// How the result is printed.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-    /// Runs N copies whose folded knots differ by up to `--perturb` metres.
+    /// Runs N copies whose folded knots differ by up to `--perturb` metres; what the scene calls uncertain is drawn for each.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     ensemble: Option<u32>,
     /// Runs one member of such an ensemble, to be watched: the same bits as there.
@@ -61,7 +61,7 @@ pub struct Arguments {
     /// Largest displacement of a knot along each axis [m].
     #[arg(long, value_name = "METRES", default_value_t = 1e-6, requires = "perturbed", value_parser = length)]
     perturb: f64,
-    /// Seed of the perturbations.
+    /// Seed of the perturbations, and of what is drawn.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "perturbed")]
     seed: u64,
 }
@@ -158,7 +158,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let (case, out) = match arguments.member {
         None => (case, out),
         Some(member) => {
-            let case = ensemble::perturbed(&case, &request(0), member as usize);
+            let case = ensemble::member(&case, &request(0), member as usize)?;
             let out = arguments.out.clone().unwrap_or_else(|| watched(&out, member as usize));
             (case, out)
         }
@@ -326,7 +326,7 @@ fn watch(
         return Ok(());
     };
     let folder = watched(out, ended.member);
-    one(&ensemble::perturbed(case, request, ended.member), request.at_most_s, &folder)?;
+    one(&ensemble::member(case, request, ended.member)?, request.at_most_s, &folder)?;
     remark(&format!("member {}: {}", ended.member, folder.join("replay.html").display()));
     Ok(())
 }

@@ -182,7 +182,11 @@ fn go_on(
         counts.1 += usize::from(row.captured.is_some());
         let (captured, of) = *counts;
         if of > 0 {
-            bar.name(format!("{}, {}", sweep.name(), report::share_words(&Share::of(captured, of))));
+            bar.name(format!(
+                "{}, {}",
+                sweep.name(),
+                report::share_words("captured", &Share::of(captured, of))
+            ));
         }
         bar.one_more();
     });

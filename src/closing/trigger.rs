@@ -130,7 +130,7 @@ mod tests {
     fn net() -> Net {
         let spec = json!({ "meshes": [2, 2], "mesh_length_m": 0.5, "bullet_mass_kg": 1.0,
             "cable": { "material": "kevlar", "diameter_m": 0.001 } });
-        let launch = Launch { speed_m_s: 10.0, angle_deg: 30.0 };
+        let launch = Launch { speed_m_s: 10.0, angle_deg: 30.0, bullets: Default::default() };
         Net::build(&serde_json::from_value(spec).unwrap(), &launch, &mut Problems::new("test")).unwrap()
     }
 

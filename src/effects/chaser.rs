@@ -8,7 +8,8 @@
 //! Each bullet's speed and direction may deviate: speed by a normal distribution, direction by one
 //! about each of two axes across it, all cut at three standard deviations and drawn from a seeded
 //! stream, one a member of an ensemble. With equal shots from the middle of a symmetric net the
-//! chaser does not turn; it does when they differ.
+//! chaser does not turn; it does when they differ. Since then `launch.bullets` among what is uncertain in a scene says the
+//! same with any distribution, and shows what was drawn.
 //!
 //! Its kinetic energy is the effect's stored energy, its momenta count with those of net and target.
 //! A closing thread to it (layout `cinch`) leaves it at the middle of the net's container and pulls at it.

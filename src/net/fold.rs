@@ -61,7 +61,11 @@ mod tests {
             "fold": { "scheme": scheme, "ratio": 0.2 } }))
         .unwrap();
         let mut problems = Problems::new("test");
-        let net = Net::build(&spec, &Launch { speed_m_s: 1.0, angle_deg: 30.0 }, &mut problems);
+        let net = Net::build(
+            &spec,
+            &Launch { speed_m_s: 1.0, angle_deg: 30.0, bullets: Default::default() },
+            &mut problems,
+        );
         (net, problems)
     }
 

@@ -261,13 +261,25 @@ impl Net {
 }
 
 /// Velocities of the bullets [m/s]: outward along the diagonals of the net, at `angle_deg` from X.
+///
+/// With deviations δv, δθ and ψ of a bullet, n outward along its diagonal:
+/// (v + δv) [cos ψ (cos(θ + δθ) X + sin(θ + δθ) n) + sin ψ X × n].
 pub fn shots(spec: &spec::NetSpec, launch: &Launch) -> [Vector3<f64>; 4] {
     let (sin, cos) = launch.angle_deg.to_radians().sin_cos();
     let [width, height] = spec.mesh_length_m.sides();
     let size = [width * f64::from(spec.meshes[0]), height * f64::from(spec.meshes[1])];
-    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[y, z]| {
-        let outward = Vector3::new(0.0, y * size[0], z * size[1]).normalize();
-        launch.speed_m_s * (cos * Vector3::x() + sin * outward)
+    let outward = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[y, z]| Vector3::new(0.0, y * size[0], z * size[1]).normalize());
+    if launch.bullets.is_zero() {
+        return outward.map(|outward| launch.speed_m_s * (cos * Vector3::x() + sin * outward));
+    }
+    let deviations = &launch.bullets;
+    std::array::from_fn(|bullet| {
+        let outward = outward[bullet];
+        let (sin, cos) = (launch.angle_deg + deviations.angle_deg[bullet]).to_radians().sin_cos();
+        let (aside, along) = deviations.aside_deg[bullet].to_radians().sin_cos();
+        let direction = along * (cos * Vector3::x() + sin * outward) + aside * Vector3::x().cross(&outward);
+        (launch.speed_m_s + deviations.speed_m_s[bullet]) * direction
     })
 }
 
@@ -404,7 +416,7 @@ mod tests {
         for (key, value) in changes.as_object().unwrap() {
             spec[key] = value.clone();
         }
-        let launch = Launch { speed_m_s: 10.0, angle_deg: 55.0 };
+        let launch = Launch { speed_m_s: 10.0, angle_deg: 55.0, bullets: Default::default() };
         let mut problems = Problems::new("test");
         let net = Net::build(&serde_json::from_value(spec).unwrap(), &launch, &mut problems);
         assert_eq!(problems.list, vec![]);

@@ -155,7 +155,7 @@ pub enum FoldScheme {
     Inwards,
 }
 
-/// The shot: four bullets, one speed, one angle; all else at rest.
+/// The shot: four bullets, one speed and one angle, from which each may deviate; all else at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Launch {
@@ -165,4 +165,35 @@ pub struct Launch {
     /// Shooting angle between a bullet's velocity and the travelling direction X [deg].
     #[schemars(range(min = 0, max = 90))]
     pub angle_deg: f64,
+    /// How each bullet's shot deviates from that. In the order of the corners at (−Y, −Z), (+Y, −Z), (+Y, +Z), (−Y, +Z).
+    #[serde(default, skip_serializing_if = "BulletDeviations::is_zero")]
+    pub bullets: BulletDeviations,
+}
+
+impl Launch {
+    /// Speed of the fastest bullet [m/s].
+    pub fn top_speed(&self) -> f64 {
+        self.speed_m_s + self.bullets.speed_m_s.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// How the shots of the four bullets deviate from the common one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BulletDeviations {
+    /// Faster by [m/s].
+    pub speed_m_s: [f64; 4],
+    /// Shooting angle wider by [deg].
+    #[schemars(inner(range(min = -30, max = 30)))]
+    pub angle_deg: [f64; 4],
+    /// Aside, out of the plane of X and the net's diagonal, by [deg]; positive turns from Y towards Z.
+    #[schemars(inner(range(min = -30, max = 30)))]
+    pub aside_deg: [f64; 4],
+}
+
+impl BulletDeviations {
+    /// Whether no shot deviates: nothing is said of it, so the hash of such a scene is as ever.
+    pub fn is_zero(&self) -> bool {
+        *self == BulletDeviations::default()
+    }
 }

@@ -9,7 +9,7 @@ use super::page;
 use super::survival::{self, Named};
 use super::{results, table};
 use crate::provenance::Provenance;
-use crate::study::ensemble::{self, Ended, Ensemble};
+use crate::study::ensemble::{self, Ensemble};
 
 /// Writes all files of `ensemble` of the scene called `scene` with `changes` to the folder `out`.
 ///
@@ -28,7 +28,7 @@ pub fn write(out: &Path, scene: &str, changes: &[String], ensemble: &Ensemble) -
         ("title", page::escape(&ensemble.title)),
         ("kind", "ensemble".to_owned()),
         ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&table::ensemble_verdict(ensemble)))),
-        ("tables", members(out, &ensemble.verdicts)),
+        ("tables", members(out, ensemble)),
         ("notes", format!("<p>To watch a member: <code>{} --member N</code></p>\n", page::escape(&again))),
         ("figures", page::drawings(&drawn)),
         ("made", page::made(&Provenance::here(), ensemble.request.seed)),
@@ -39,20 +39,23 @@ pub fn write(out: &Path, scene: &str, changes: &[String], ensemble: &Ensemble) -
     files.appear()
 }
 
-/// A row a member, with a link to its replay where it was written.
-fn members(out: &Path, all: &[Ended]) -> String {
+/// A row a member, with what was drawn for it, and a link to its replay where it was written.
+fn members(out: &Path, ensemble: &Ensemble) -> String {
     let time = |time: Option<f64>| time.map_or_else(|| "–".to_owned(), |time| format!("{time:.2}"));
+    let drawn = ensemble.drawn.as_ref();
     let mut rows = String::new();
-    for ended in all {
+    for ended in &ensemble.verdicts {
         let replay = format!("member-{}/replay.html", ended.member);
         let name = if out.join(&replay).exists() {
             format!("<a href=\"{replay}\">{}</a>", ended.member)
         } else {
             ended.member.to_string()
         };
+        let inputs = drawn.and_then(|drawn| drawn.members.get(ended.member)).into_iter().flatten();
+        let inputs: String = inputs.map(|text| format!("<td>{}</td>", page::escape(&short(text)))).collect();
         let _ = writeln!(
             rows,
-            "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td></tr>",
+            "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td>{inputs}</tr>",
             ended.verdict.words(),
             time(ended.enclosed_at_s),
             time(ended.settled_at_s),
@@ -62,5 +65,12 @@ fn members(out: &Path, all: &[Ended]) -> String {
     }
     let heads =
         ["first held", "settled", "lost", "end"].map(|head| format!("<th>{head} <small>s</small></th>"));
-    page::table(&format!("<th>member</th><th>verdict</th>{}", heads.concat()), &rows)
+    let inputs = drawn.into_iter().flat_map(|drawn| &drawn.columns);
+    let inputs: String = inputs.map(|name| format!("<th>{}</th>", page::escape(name))).collect();
+    page::table(&format!("<th>member</th><th>verdict</th>{}{inputs}", heads.concat()), &rows)
+}
+
+/// A number that was drawn, in four digits; other texts as they are.
+fn short(text: &str) -> String {
+    text.parse::<f64>().map_or_else(|_| text.to_owned(), table::number)
 }

@@ -1,18 +1,20 @@
-//! A map of capture probability: `map.json`, `map.svg`, `map.html`.
+//! A map of the probability of an outcome: `map.json`, `map.svg`, `map.html`.
 
 use std::io::Write as _;
 use std::path::Path;
 
+use super::columns::NumberColumns;
 use super::files::{self, WriteError};
 use super::page::{self, Figure};
 use super::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour};
 use super::results;
-use super::rows::{KeptRows, fields};
+use super::rows::KeptRows;
 use super::sweep::share_words;
-use crate::problems::{Problems, did_you_mean};
+use crate::problems::Problems;
 use crate::study::Z;
 use crate::study::sweep::SweepPlan;
-use crate::study::sweep::map::{CaptureMap, MapSample};
+use crate::study::sweep::map::{CaptureMap, LETTERS, MapBox, MapSample};
+use crate::study::sweep::outcome::MapOutcome;
 
 /// Most members that are drawn as points.
 const MOST_DRAWN: usize = 1000;
@@ -23,76 +25,119 @@ const TILES: usize = 40;
 /// Probabilities that have a line, and how wide it is [px].
 const LINES: [(f64, u32); 3] = [(0.1, 1), (0.5, 3), (0.9, 1)];
 
-const WORDS: &str = "Above, the regression: the darker, the more likely a capture; lines at 10, 50 (thick) and 90 %; a full \
-    dot is a member that was captured, a ring one that was not. Below, raw shares with their exact 95 % intervals.";
+/// Tiles along each axis of a slice.
+const SLICE_TILES: usize = 24;
 
-/// The members with a verdict among `kept`, at the columns `names`.
-///
-/// # Errors
-/// A column that is not there or holds no numbers; a file that cannot be read.
-pub fn samples(plan: &SweepPlan, kept: &mut KeptRows, names: &[String]) -> Result<Vec<MapSample>, Problems> {
-    let mut problems = Problems::new("--over");
-    let column = |name: &str| plan.columns.iter().position(|known| known == name);
-    let mut columns = Vec::new();
-    for name in names {
-        let Some(column) = column(name) else {
-            let meant = did_you_mean(name, plan.columns.iter().map(String::as_str));
-            problems.add("", name, format!("{meant}Columns of the table: {}", plan.columns.join(", ")));
-            continue;
-        };
-        columns.push(column);
-    }
-    let point = column("point").unwrap_or_default();
-    let mut samples = Vec::new();
-    for (member, row) in kept.rows.clone() {
-        let Some(captured) = row.captured else { continue };
-        let line = match kept.line_of(&row) {
-            Ok(line) => fields(&line),
-            Err(error) => {
-                problems.add("", error.to_string(), "rows that can be read");
-                break;
-            }
-        };
-        let text = |column: usize| String::from_utf8_lossy(line.get(column).unwrap_or_default()).into_owned();
-        let mut at = Vec::new();
-        for (name, &column) in names.iter().zip(&columns) {
-            match text(column).parse::<f64>().ok().filter(|value| value.is_finite()) {
-                Some(value) => at.push(value),
-                None => problems.add(
-                    name,
-                    format!("{:?} of member {member}", text(column)),
-                    "a column of numbers",
-                ),
-            }
-        }
-        if at.len() == names.len() {
-            samples.push(MapSample { point: text(point).parse().unwrap_or(member), at, captured });
-        }
-    }
-    if problems.list.is_empty() && samples.is_empty() {
-        problems.add(
-            "",
-            "no member with a verdict",
-            "a sweep of a scene with a target, of which something is finished",
-        );
-    }
-    problems.into_result(Some(samples))
+/// Slices along each input beyond the second.
+const SLICES: usize = 3;
+
+const WORDS: &str = "Above, the regression: the darker, the more likely; lines at 10, 50 (thick) and 90 %; a full dot is a \
+    member of whom it is so, a ring one of whom it is not. Below, raw shares with their exact 95 % intervals.";
+
+const SLICED: &str =
+    " Each pair of panels is a slice: the regression at the middle of it, the members within it.";
+
+/// What a map is asked for.
+#[derive(Clone, Debug)]
+pub struct MapRequest {
+    /// Columns of the table, one to four.
+    pub over: Vec<String>,
+    /// What it is the probability of.
+    pub outcome: MapOutcome,
+    /// Boxes along each input.
+    pub n_boxes: usize,
 }
 
-/// Writes all files of `map`, which `samples` are drawn into, to the folder `out`.
+impl MapRequest {
+    /// The map of the members among `kept`, and the members that are in it.
+    ///
+    /// # Errors
+    /// Columns that are not there or hold no numbers; nothing that is decided; a file that cannot be read.
+    pub fn fill(
+        &self,
+        plan: &SweepPlan,
+        kept: &mut KeptRows,
+    ) -> Result<(CaptureMap, Vec<MapSample>), Problems> {
+        let mut problems = Problems::new("map");
+        let most = LETTERS.len();
+        if !(1..=most).contains(&self.over.len()) {
+            problems.add("--over", self.over.join(","), format!("one to {most} columns"));
+            return Err(problems);
+        }
+        let told = self.outcome.needed(plan, "--outcome", &mut problems);
+        let names: Vec<&str> = self.over.iter().chain(&told).map(String::as_str).chain(["point"]).collect();
+        let columns = NumberColumns::find(plan, &names, "--over", &mut problems);
+        let (mut samples, mut undecided) = (Vec::new(), 0);
+        for (member, row) in kept.rows.clone() {
+            if row.captured.is_none() || !problems.list.is_empty() {
+                continue;
+            }
+            let Some(values) = columns.of(kept, &row, &mut problems) else { break };
+            let (at, rest) = values.split_at(self.over.len());
+            let (ends, point) = rest.split_at(told.len());
+            let at: Vec<f64> = at
+                .iter()
+                .zip(&self.over)
+                .map(|(value, name)| {
+                    value.unwrap_or_else(|| {
+                        problems.add("--over", format!("{name} of member {member}"), "a column of numbers");
+                        0.0
+                    })
+                })
+                .collect();
+            match self.outcome.of_row(&row, ends, plan) {
+                Some(came) => {
+                    let point = point[0].map_or(member, |point| point as u64);
+                    samples.push(MapSample { point, at, came });
+                }
+                None => undecided += 1,
+            }
+        }
+        if problems.list.is_empty() && samples.is_empty() {
+            let found = format!("no member with a verdict on it, {undecided} undecided");
+            problems.add("", found, "a sweep of a scene with a target, of which something is finished");
+        }
+        let samples = problems.into_result(Some(samples))?;
+        let map = CaptureMap::of(&plan.title, (self.outcome, undecided), &self.over, &samples, self.n_boxes);
+        let none = || {
+            let mut problems = Problems::new("map");
+            problems.add(
+                "--over",
+                "numbers too large or too small",
+                "numbers that a regression can be made of",
+            );
+            problems
+        };
+        Ok((map.ok_or_else(none)?, samples))
+    }
+}
+
+/// Writes all files of `map`, which `samples` are drawn into with so many boxes along an input of a slice, to the folder
+/// `out`.
 ///
 /// # Errors
 /// The first file that cannot be written.
-pub fn write(out: &Path, map: &CaptureMap, samples: &[MapSample], seed: u64) -> Result<(), WriteError> {
+pub fn write(
+    out: &Path,
+    map: &CaptureMap,
+    samples: &[MapSample],
+    n_boxes: usize,
+    seed: u64,
+) -> Result<(), WriteError> {
     files::make_folder(out)?;
-    let panels = if map.inputs.len() == 1 { over_one(map, samples) } else { over_two(map, samples) };
-    let figure = Figure { name: "map", title: "Probability of capture", words: WORDS.to_owned(), panels };
+    let (panels, sliced) = match map.inputs.len() {
+        1 => (over_one(map, samples), ""),
+        2 => (over_two(map, samples), ""),
+        _ => (slices(map, samples, n_boxes), SLICED),
+    };
+    let words = format!("Probability: {}. {WORDS}{sliced}", map.outcome);
+    let figure = Figure { name: "map", title: "Probability", words, panels };
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure])?;
     let page = page::fill(&[
         ("title", page::escape(&map.title)),
         ("kind", "map".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&words(map)))),
+        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&self::words(map)))),
         ("tables", foretold(map)),
         ("notes", String::new()),
         ("figures", page::drawings(&drawn)),
@@ -112,15 +157,24 @@ pub fn words(map: &CaptureMap) -> String {
             format!("{value:+.2} ± {:.2} ({term})", Z * map.fit.covariance[i][i].sqrt())
         })
         .collect();
-    let letters = ["u", "v"].iter().zip(&map.inputs);
+    let letters = LETTERS.iter().zip(&map.inputs);
     let inputs: Vec<String> = letters
         .map(|(letter, input)| {
             format!("{letter}: {}, {:.4} to {:.4} as -1 to 1", input.name, input.range[0], input.range[1])
         })
         .collect();
+    let undecided = match map.undecided {
+        0 => String::new(),
+        n => {
+            let [low, high] = map.bounds().map(|share| 100.0 * share);
+            format!(
+                " {n} members ended before it could be told and are left out: with them between {low:.0} and {high:.0} %."
+            )
+        }
+    };
     format!(
-        "Over all {}. ln(p / (1 - p)) = {}; {}. Brier score on points not seen {:.3}, of the overall share {:.3}.",
-        share_words(&map.captured),
+        "Over all {}.{undecided} ln(p / (1 - p)) = {}; {}. Brier score on points not seen {:.3}, of the overall share {:.3}.",
+        share_words(&map.outcome, &map.captured),
         terms.join(" "),
         inputs.join("; "),
         map.brier,
@@ -131,7 +185,7 @@ pub fn words(map: &CaptureMap) -> String {
 /// What was foretold of points that were not seen, and what came.
 fn foretold(map: &CaptureMap) -> String {
     let row = |class: &crate::study::sweep::map::Foretold| {
-        let came = page::escape(&share_words(&class.captured));
+        let came = page::escape(&share_words(&map.outcome, &class.captured));
         format!("<tr><td>{:.0} %</td><td>{came}</td></tr>\n", 100.0 * class.probability)
     };
     page::table(
@@ -140,17 +194,20 @@ fn foretold(map: &CaptureMap) -> String {
     )
 }
 
-fn keys() -> Vec<Key> {
+fn keys(map: &CaptureMap) -> Vec<Key> {
     vec![
-        Key { words: "captured".to_owned(), colour: colour(0), swatch: Swatch::Field },
-        Key { words: "not captured".to_owned(), colour: colour(1), swatch: Swatch::Line },
+        Key { words: map.outcome.clone(), colour: colour(0), swatch: Swatch::Field },
+        Key { words: format!("not {}", map.outcome), colour: colour(1), swatch: Swatch::Line },
     ]
 }
 
 /// Members as points; of many the first.
-fn dots(samples: &[MapSample], at: impl Fn(&MapSample) -> (f64, f64)) -> impl Iterator<Item = Mark> {
-    samples.iter().take(MOST_DRAWN).map(move |sample| {
-        let (colour, shape) = if sample.captured { (colour(0), Dot::Full) } else { (colour(1), Dot::Ring) };
+fn dots<'a>(
+    samples: impl Iterator<Item = &'a MapSample>,
+    at: impl Fn(&MapSample) -> (f64, f64),
+) -> impl Iterator<Item = Mark> {
+    samples.take(MOST_DRAWN).map(move |sample| {
+        let (colour, shape) = if sample.came { (colour(0), Dot::Full) } else { (colour(1), Dot::Ring) };
         Mark::Dot { at: at(sample), colour, shape }
     })
 }
@@ -176,28 +233,81 @@ fn over_one(map: &CaptureMap, samples: &[MapSample]) -> Vec<Panel> {
         marks.push(Mark::Line { points, colour: INK, width: 1, dashed: false });
         marks.push(Mark::Dot { at: (middle, 100.0 * one.captured.share), colour: INK, shape: Dot::Diamond });
     }
-    marks.extend(dots(samples, |sample| (sample.at[0], if sample.captured { 104.0 } else { -4.0 })));
-    let y = Axis::fixed("captured [%]", -8.0, 108.0);
-    vec![Panel { keys: keys(), ..Panel::of_curves(Axis::fixed(&input.name, low, high), y, 420, marks) }]
+    marks.extend(dots(samples.iter(), |sample| (sample.at[0], if sample.came { 104.0 } else { -4.0 })));
+    let y = Axis::fixed(&format!("{} [%]", map.outcome), -8.0, 108.0);
+    vec![Panel { keys: keys(map), ..Panel::of_curves(Axis::fixed(&input.name, low, high), y, 420, marks) }]
 }
 
 fn over_two(map: &CaptureMap, samples: &[MapSample]) -> Vec<Panel> {
+    let fitted = Panel {
+        title: "Regression".to_owned(),
+        keys: keys(map),
+        ..panel(map, 520, fitted(map, samples.iter(), &[], TILES))
+    };
+    vec![fitted, Panel { title: "Raw shares".to_owned(), ..panel(map, 520, raw(&map.boxes)) }]
+}
+
+/// A pair of panels over the first two inputs for each third of each other input.
+fn slices(map: &CaptureMap, samples: &[MapSample], n_boxes: usize) -> Vec<Panel> {
+    let others = &map.inputs[2..];
+    let n_slices = SLICES.pow(others.len() as u32);
+    let mut panels = Vec::new();
+    for number in 0..n_slices {
+        // The last input changes fastest.
+        let third = |input: usize| number / SLICES.pow((others.len() - 1 - input) as u32) % SLICES;
+        let bounds = |input: usize| {
+            let [low, high] = others[input].range;
+            let at = |share: f64| low + (third(input) as f64 + share) / SLICES as f64 * (high - low);
+            [at(0.0), at(0.5), at(1.0)]
+        };
+        let all: Vec<[f64; 3]> = (0..others.len()).map(bounds).collect();
+        let is_near = |sample: &&MapSample| {
+            all.iter().zip(&sample.at[2..]).all(|([low, _, high], value)| (low..=high).contains(&value))
+        };
+        let near = || samples.iter().filter(is_near);
+        let middle: Vec<f64> = all.iter().map(|bounds| bounds[1]).collect();
+        let said = others.iter().zip(&all);
+        let said: Vec<String> =
+            said.map(|(input, [low, _, high])| format!("{} {low:.4} to {high:.4}", input.name)).collect();
+        let keys = if number == 0 { keys(map) } else { Vec::new() };
+        let marks = fitted(map, near(), &middle, SLICE_TILES);
+        panels.push(Panel { title: said.join(", "), keys, ..panel(map, 300, marks) });
+        panels.push(panel(map, 300, raw(&map.boxes_of_slice(near(), &middle, n_boxes))));
+    }
+    panels
+}
+
+/// A panel over the first two inputs.
+fn panel(map: &CaptureMap, height: u32, marks: Vec<Mark>) -> Panel {
+    let axis = |input: usize| {
+        let [low, high] = widened(map.inputs[input].range);
+        Axis::fixed(&map.inputs[input].name, low, high)
+    };
+    Panel::of_curves(axis(0), axis(1), height, marks)
+}
+
+/// The regression over the first two inputs where all others are `others`, with its lines and the members `samples`.
+fn fitted<'a>(
+    map: &CaptureMap,
+    samples: impl Iterator<Item = &'a MapSample>,
+    others: &[f64],
+    n_tiles: usize,
+) -> Vec<Mark> {
     let [x, y] = [0, 1].map(|axis| widened(map.inputs[axis].range));
-    let axes =
-        || (Axis::fixed(&map.inputs[0].name, x[0], x[1]), Axis::fixed(&map.inputs[1].name, y[0], y[1]));
     let corner = |i: usize, j: usize| {
-        let along = |[low, high]: [f64; 2], number: usize| low + number as f64 / TILES as f64 * (high - low);
+        let along =
+            |[low, high]: [f64; 2], number: usize| low + number as f64 / n_tiles as f64 * (high - low);
         (along(x, i), along(y, j))
     };
-    let value = |at: (f64, f64)| map.at(&[at.0, at.1]).value;
+    let tiles = || (0..n_tiles * n_tiles).map(|k| (k / n_tiles, k % n_tiles));
+    let value = |at: (f64, f64)| map.at(&[&[at.0, at.1], others].concat()).value;
     let mut marks = Vec::new();
-    for (i, j) in (0..TILES * TILES).map(|k| (k / TILES, k % TILES)) {
+    for (i, j) in tiles() {
         let (from, to) = (corner(i, j), corner(i + 1, j + 1));
-        let middle = value((0.5 * (from.0 + to.0), 0.5 * (from.1 + to.1)));
-        marks.push(tile(from, to, middle));
+        marks.push(tile(from, to, value((0.5 * (from.0 + to.0), 0.5 * (from.1 + to.1)))));
     }
     for (level, width) in LINES {
-        for (i, j) in (0..TILES * TILES).map(|k| (k / TILES, k % TILES)) {
+        for (i, j) in tiles() {
             let corners = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
             let crossed = crossings(corners.map(|at| (at, value(at) - level)));
             marks.extend(crossed.chunks_exact(2).map(|pair| Mark::Line {
@@ -209,12 +319,7 @@ fn over_two(map: &CaptureMap, samples: &[MapSample]) -> Vec<Panel> {
         }
     }
     marks.extend(dots(samples, |sample| (sample.at[0], sample.at[1])));
-    let (ax, ay) = axes();
-    let fitted =
-        Panel { title: "Regression".to_owned(), keys: keys(), ..Panel::of_curves(ax, ay, 520, marks) };
-    let (ax, ay) = axes();
-    let raw = Panel { title: "Raw shares".to_owned(), ..Panel::of_curves(ax, ay, 520, raw(map)) };
-    vec![fitted, raw]
+    marks
 }
 
 fn tile(from: (f64, f64), to: (f64, f64), probability: f64) -> Mark {
@@ -222,9 +327,9 @@ fn tile(from: (f64, f64), to: (f64, f64), probability: f64) -> Mark {
 }
 
 /// Boxes with their counts and intervals.
-fn raw(map: &CaptureMap) -> Vec<Mark> {
+fn raw(boxes: &[MapBox]) -> Vec<Mark> {
     let mut marks = Vec::new();
-    for one in &map.boxes {
+    for one in boxes {
         let (from, to) = ((one.from[0], one.from[1]), (one.to[0], one.to[1]));
         marks.push(tile(from, to, one.captured.share));
         let [low, high] = one.captured.interval_95.map(|bound| 100.0 * bound);

@@ -1,5 +1,6 @@
 //! From numbers to files and tables.
 
+pub mod columns;
 pub mod compare;
 pub mod cost;
 pub mod ensemble;
@@ -10,6 +11,7 @@ pub mod plots;
 pub mod replay;
 pub mod results;
 pub mod rows;
+pub mod sensitivity;
 pub mod stress;
 pub mod survival;
 pub mod sweep;

@@ -147,7 +147,7 @@ pub fn words(result: &SweepResult) -> String {
     text.push('.');
     if let Some(share) = &result.captured {
         let counts = verdict_words(&result.verdict_counts);
-        text.push_str(&format!("\nOver all points {}: {counts}.", share_words(share)));
+        text.push_str(&format!("\nOver all points {}: {counts}.", share_words("captured", share)));
     }
     for path in &result.damaged {
         text.push_str(&format!("\nDamaged, its rows do not count: {}", path.display()));
@@ -155,12 +155,12 @@ pub fn words(result: &SweepResult) -> String {
     text
 }
 
-/// A share with its interval: `captured 12 of 16 (75.0 %; 95 % interval 48 to 93 %)`.
-pub fn share_words(share: &Share) -> String {
+/// A share of members of whom something is so, with its interval: `captured 12 of 16 (75.0 %; 95 % interval 48 to 93 %)`.
+pub fn share_words(what: &str, share: &Share) -> String {
     let [low, high] = share.interval_95.map(|bound| 100.0 * bound);
     let percent = 100.0 * share.share;
     format!(
-        "captured {} of {} ({percent:.1} %; 95 % interval {low:.0} to {high:.0} %)",
+        "{what} {} of {} ({percent:.1} %; 95 % interval {low:.0} to {high:.0} %)",
         share.captured, share.of
     )
 }

@@ -71,6 +71,9 @@ pub fn ensemble(ensemble: &Ensemble) -> String {
     for (member, failure) in &ensemble.failures {
         text.push_str(&format!("\nmember {member} failed: {failure}"));
     }
+    if let Some(drawn) = &ensemble.drawn {
+        text.push_str(&format!("\nDrawn for each member: {}.", drawn.columns.join(", ")));
+    }
     text.push('\n');
     text.push_str(&ensemble_verdict(ensemble));
     for (share, trial) in [(ensemble.held_turn, "over one turn"), (ensemble.held_tug, "while tugged at")] {

@@ -108,6 +108,16 @@ fn check_frame(scene: &Scene, problems: &mut Problems) {
             "one of them: the local frame is fixed either in a cabin or on an orbit",
         );
     }
+    for (bullet, faster) in scene.launch.bullets.speed_m_s.into_iter().enumerate() {
+        if scene.launch.speed_m_s + faster < 0.0 {
+            let place = format!("launch.bullets.speed_m_s[{bullet}]");
+            problems.add(
+                place,
+                faster,
+                format!("at least -{}: none flies backwards", scene.launch.speed_m_s),
+            );
+        }
+    }
     let Some(chaser) = &effects.chaser else { return };
     let slowest = scene.launch.speed_m_s - chaser::CUT * chaser.speed_sigma_m_s;
     if slowest < 0.0 {

@@ -15,6 +15,7 @@ use serde_json::Value;
 use crate::assets::Kind;
 use crate::json;
 use crate::limits::{self, Limit, Limits, Unread};
+use crate::parameter::Own;
 use crate::problems::{Problems, visible};
 use crate::read;
 use crate::spelling;
@@ -123,10 +124,6 @@ impl Source {
             _ => (path, false),
         };
         let (above, key) = list.rsplit_once('.').unwrap_or(("", list));
-        let pointer = |path: &str| match path {
-            "" => String::new(),
-            _ => format!("/{}", path.replace('.', "/")),
-        };
         if let Some(map) = self.json.pointer_mut(&pointer(above)).and_then(Value::as_object_mut) {
             spelling::respell(map, key);
         }
@@ -134,7 +131,7 @@ impl Source {
             return;
         }
         let scene: Option<Scene> = read::typed(&self.json, "", &mut Problems::new(&self.input));
-        let filled = scene.and_then(|scene| serde_json::to_value(scene).ok());
+        let filled = scene.map(|scene| scene.written_out());
         let mut section = filled.and_then(|filled| filled.pointer(&pointer(above)).cloned());
         let Some(map) = section.as_mut().and_then(Value::as_object_mut) else { return };
         spelling::respell(map, key);
@@ -142,6 +139,14 @@ impl Source {
             // A path that leads nowhere is told when it is set.
             set_at(&mut self.json, list, default.clone()).ok();
         }
+    }
+
+    /// What stands at `path`, which is in the user's way of writing: rates in degrees, say.
+    pub fn own(&self, path: &str) -> Own {
+        let mut source = self.clone();
+        source.fill_in(path);
+        let found = source.json.pointer(&pointer(path)).cloned();
+        found.map_or(Own::Nothing, Own::Value)
     }
 
     /// Reads the JSON as a scene; faults go to `problems`, with those that `check` finds in what can be read
@@ -196,6 +201,14 @@ pub(crate) fn read_text(
         Err(error) => problems.add("", format!("no readable file ({error})"), known()),
     }
     None
+}
+
+/// `target.spin_rad_s.0` as `/target/spin_rad_s/0`.
+pub fn pointer(path: &str) -> String {
+    match path {
+        "" => String::new(),
+        _ => format!("/{}", path.replace('.', "/")),
+    }
 }
 
 /// Most levels of a path: more than any key of a scene has, and few enough to walk through.
@@ -266,6 +279,10 @@ mod tests {
         source.set(&["target.spin_rad_s.0=2".to_owned()]).unwrap();
         assert_eq!(source.json["target"]["spin_rad_s"], json!([2, 0.0, 0.0]));
         assert!(source.set(&["target.spin_rad_s.3=2".to_owned()]).is_err());
+        // These too, which a scene without them says nothing of.
+        source.set(&["target.velocity_m_s.1=3", "launch.bullets.speed_m_s.3=1"].map(str::to_owned)).unwrap();
+        assert_eq!(source.json["target"]["velocity_m_s"], json!([0.0, 3, 0.0]));
+        assert_eq!(source.json["launch"]["bullets"], json!({ "speed_m_s": [0.0, 0.0, 0.0, 1] }));
         assert!(source.json.get("expect").is_some());
         source.change(&[]).unwrap();
         assert!(source.json.get("expect").is_some(), "nothing was changed");

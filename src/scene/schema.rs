@@ -7,9 +7,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use crate::effects::Effects;
 use crate::net::spec::{Launch, NetSpec};
+use crate::parameter::spec::Varied;
 use crate::quantity::Positive;
 use crate::solver::Solver;
 use crate::target::spec::TargetSpec;
@@ -48,9 +50,27 @@ pub struct Scene {
     /// What is recorded.
     #[serde(default)]
     pub output: Output,
+    /// What is not known for sure: drawn anew for every member of an ensemble or a sweep. A single run has what
+    /// stands in the scene.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 64))]
+    pub uncertain: Vec<Varied>,
     /// What the run is expected to show; a run that does not ends with status 1.
     #[serde(default)]
     pub expect: Expect,
+}
+
+impl Scene {
+    /// The scene as JSON with every default, those too that say nothing and are left out elsewhere.
+    pub fn written_out(&self) -> Value {
+        // A scene is plain data: it always becomes JSON.
+        let mut json = serde_json::to_value(self).unwrap_or_default();
+        json["launch"]["bullets"] = json!(self.launch.bullets);
+        if let Some(target) = &self.target {
+            json["target"]["velocity_m_s"] = json!(target.velocity_m_s);
+        }
+        json
+    }
 }
 
 /// When a target counts as captured (see `metrics::capture`).

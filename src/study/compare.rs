@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::ensemble::{self, Ended, Quartiles, Share, perturbed};
+use super::ensemble::{self, Ended, Quartiles, Share};
 use super::settle;
 use super::survival::Survival;
 use crate::case::Case;
@@ -163,10 +163,12 @@ pub fn run(
         .collect();
     let at_once = request.at_once().min(missing.len());
     let one = |&(member, v, case): &(usize, usize, &Case)| {
-        let case = perturbed(case, &request.ensemble, member);
-        let outcome = settle::run(&case, request.ensemble.at_most_s, |_| {})
-            .map(|(run, curves)| Track::of(&case, &run, curves))
-            .map_err(|failure| failure.to_string());
+        let outcome = ensemble::member(case, &request.ensemble, member)
+            .map_err(|problems| problems.in_a_line())
+            .and_then(|case| {
+                let run = settle::run(&case, request.ensemble.at_most_s, |_| {});
+                run.map(|(run, curves)| Track::of(&case, &run, curves)).map_err(|failure| failure.to_string())
+            });
         let member = TrackMember { member, at_once, outcome };
         done(v, &member);
         (v, member)

@@ -1,7 +1,8 @@
-//! Copies of a case that differ in the last digits: what is chance, and what is not.
+//! Copies of a case that differ in the last digits, or in what is uncertain: what is chance, and what is not.
 //!
 //! After contact a run is chaotic; one verdict is a coin. An ensemble moves every knot of the fold
-//! by up to `perturb` metres along each axis, seeded per member, and counts.
+//! by up to `perturb` metres along each axis, seeded per member, and counts. What the scene calls uncertain is drawn
+//! anew for each member.
 
 use std::collections::BTreeMap;
 
@@ -105,10 +106,34 @@ pub struct Ensemble {
     /// Share that held the target while it was tugged at, of those decided (`retention.tug`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_tug: Option<Share>,
+    /// What was drawn for each member; absent where nothing is uncertain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn: Option<Drawn>,
     /// Members that failed, and why.
     pub failures: BTreeMap<usize, String>,
     /// Quartiles of every number of the summaries.
     pub scalars: BTreeMap<String, Quartiles>,
+}
+
+/// What was drawn of what is uncertain in a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Drawn {
+    /// Paths in the scene.
+    pub columns: Vec<String>,
+    /// For each member what it has, a text for each column.
+    pub members: Vec<Vec<String>>,
+}
+
+impl Drawn {
+    /// What `request` draws for all its members.
+    pub fn of(case: &Case, request: &EnsembleRequest) -> Option<Drawn> {
+        let uncertain = case.uncertain()?;
+        let shown = |member: usize| {
+            uncertain.draw(request.seed, member as u64).into_iter().flat_map(|pick| pick.shown).collect()
+        };
+        let members = (0..request.members).map(shown).collect();
+        Some(Drawn { columns: uncertain.columns(), members })
+    }
 }
 
 /// Largest energy that a perturbation may put into the cables, over the launch energy [-]: more is another shot.
@@ -203,6 +228,16 @@ pub fn perturbed(case: &Case, request: &EnsembleRequest, member: usize) -> Case 
     })
 }
 
+/// The copy of `case` that is `member`: with what is drawn for it where the scene is uncertain, and perturbed.
+///
+/// # Errors
+/// What was drawn makes no scene: faults that the ends of nothing alone have.
+pub fn member(case: &Case, request: &EnsembleRequest, member: usize) -> Result<Case, Problems> {
+    let Some(uncertain) = case.uncertain() else { return Ok(perturbed(case, request, member)) };
+    let drawn = uncertain.with(&uncertain.draw(request.seed, member as u64))?;
+    Ok(perturbed(&drawn, request, member))
+}
+
 /// The command that runs members of `request` again, without their number.
 pub fn again<'a>(
     scene: &str,
@@ -233,12 +268,7 @@ pub fn run(
     let new: Vec<Member> = missing
         .into_par_iter()
         .map(|member| {
-            let case = perturbed(case, request, member);
-            let outcome = match settle::run(&case, request.at_most_s, |_| {}) {
-                Ok((run, curves)) => Summary::of(&case, &run, &curves).sound(),
-                Err(failure) => Err(failure.to_string()),
-            };
-            let member = Member { member, outcome };
+            let member = Member { member, outcome: outcome(case, request, member) };
             done(&member);
             member
         })
@@ -246,6 +276,13 @@ pub fn run(
     let mut all: Vec<Member> = known.into_iter().chain(new).collect();
     all.sort_by_key(|member| member.member);
     all
+}
+
+fn outcome(case: &Case, request: &EnsembleRequest, number: usize) -> Result<Summary, String> {
+    let case = member(case, request, number).map_err(|problems| problems.in_a_line())?;
+    let (run, curves) =
+        settle::run(&case, request.at_most_s, |_| {}).map_err(|failure| failure.to_string())?;
+    Summary::of(&case, &run, &curves).sound()
 }
 
 impl Ensemble {
@@ -275,6 +312,7 @@ impl Ensemble {
             verdicts: ended,
             held_turn: Share::held(&summaries, |retention| retention.turn),
             held_tug: Share::held(&summaries, |retention| retention.tug),
+            drawn: Drawn::of(case, request),
             failures: members
                 .iter()
                 .filter_map(|m| Some((m.member, m.outcome.as_ref().err()?.clone())))

@@ -412,7 +412,7 @@ fn pose_of(part: &spec::Part) -> Isometry3<f64> {
 }
 
 /// Turns about the body's own x, then y, then z [deg]: R = Rx Ry Rz.
-pub(super) fn turns(degrees: [f64; 3]) -> UnitQuaternion<f64> {
+pub fn turns(degrees: [f64; 3]) -> UnitQuaternion<f64> {
     let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
     let turns = axes.iter().zip(degrees);
     turns.fold(UnitQuaternion::identity(), |turned, (axis, angle)| {

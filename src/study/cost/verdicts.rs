@@ -16,7 +16,7 @@ use super::errors::Ending;
 use super::timing::timed;
 use crate::case::Case;
 use crate::scene::Source;
-use crate::study::ensemble::{EnsembleRequest, Share, perturbed};
+use crate::study::ensemble::{self, EnsembleRequest, Share};
 use crate::work::Work;
 
 /// Perturbation of an ensemble [m], as that of `run --ensemble`.
@@ -195,7 +195,12 @@ fn run(
 }
 
 fn member(case: &Case, request: &EnsembleRequest, number: usize) -> VerdictMember {
-    let case = perturbed(case, request, number);
+    let case = match ensemble::member(case, request, number) {
+        Ok(case) => case,
+        Err(problems) => {
+            return VerdictMember { member: number, cost: 0.0, outcome: Err(problems.in_a_line()) };
+        }
+    };
     let (run, seconds) = timed(&case);
     let outcome = run
         .map_err(|failure| failure.to_string())

@@ -1,16 +1,10 @@
 //! Where a study is run: from the number of a point to the values of all parameters there, without the points before.
 
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
 use sobol_burley::NUM_DIMENSIONS;
 
-use super::draw::{Parameter, Pick};
 use super::spec::Design;
+use crate::parameter::{Own, Parameter, Pick, Stream, units};
 use crate::problems::Problems;
-
-/// Numbers of the generator that perturbations of the fold take at most; what parameters take comes after.
-const AFTER_PERTURBATION: u128 = 1 << 40;
 
 /// A parameter's value at a point, or nothing where the scene's own stays.
 pub type Picks = Vec<Option<Pick>>;
@@ -21,17 +15,31 @@ pub struct Points {
     design: Design,
     seed: u64,
     parameters: Vec<Parameter>,
+    /// Dimensions of each input: of the parameters, then of what is uncertain in the scene.
+    n_units: Vec<usize>,
 }
 
 impl Points {
-    /// The points of `design`; a fault where the sequence has too few dimensions, or nothing is there to go through.
-    pub fn new(design: Design, seed: u64, parameters: Vec<Parameter>, problems: &mut Problems) -> Points {
-        let n_units: usize = parameters.iter().map(Parameter::n_units).sum();
-        let most = NUM_DIMENSIONS as usize;
-        if matches!(design, Design::Sobol { .. }) && n_units > most {
+    /// The points of `design` over `parameters`, in a scene in which `uncertain` is drawn; a fault where the sequence has
+    /// too few dimensions, or nothing is there to go through.
+    pub fn new(
+        design: Design,
+        seed: u64,
+        parameters: Vec<Parameter>,
+        uncertain: &[Parameter],
+        problems: &mut Problems,
+    ) -> Points {
+        let n_units: Vec<usize> = parameters.iter().chain(uncertain).map(Parameter::n_units).collect();
+        let (most, all) = (NUM_DIMENSIONS as usize, n_units.iter().sum::<usize>());
+        let dimensions = match design {
+            Design::Sobol { .. } => n_units[..parameters.len()].iter().sum(),
+            Design::Saltelli { .. } => 2 * all,
+            _ => 0,
+        };
+        if dimensions > most {
             problems.add(
                 "design.kind",
-                format!("\"sobol\" in {n_units} dimensions"),
+                format!("a Sobol sequence in {dimensions} dimensions"),
                 format!("at most {most}"),
             );
         }
@@ -43,7 +51,13 @@ impl Points {
                 "a parameter with values or a range; \"sobol\" or \"random\" for distributions alone",
             );
         }
-        Points { design, seed, parameters }
+        Points { design, seed, parameters, n_units }
+    }
+
+    /// How many points a block of the design has, in which all but one input is the same as in its first or second; none
+    /// of a design without blocks.
+    pub fn block(&self) -> Option<u64> {
+        matches!(self.design, Design::Saltelli { .. }).then_some(self.n_units.len() as u64 + 2)
     }
 
     /// How many points there are; none where they cannot be counted.
@@ -54,6 +68,40 @@ impl Points {
             Design::Grid {} => lists.try_fold(1, u64::checked_mul),
             // The scene as it is comes first.
             Design::OneAtATime {} => lists.try_fold(1, u64::checked_add),
+            Design::Saltelli { base } => base.checked_mul(self.n_units.len() as u64 + 2),
+        }
+    }
+
+    /// The numbers from 0 to below 1 that what is uncertain in the scene is drawn from.
+    pub fn uncertain(&self, point: u64, member: u64) -> Box<dyn FnMut() -> f64> {
+        match self.design {
+            Design::Saltelli { .. } => {
+                let n_before: usize = self.n_units[..self.parameters.len()].iter().sum();
+                Box::new(self.of_block(point, n_before))
+            }
+            _ => Box::new(units(self.seed, member, Stream::Uncertain)),
+        }
+    }
+
+    /// The numbers of `point` of a design of blocks, from the dimension `first` on: those of A, or of B where they are
+    /// of the input that is taken from it.
+    fn of_block(&self, point: u64, first: usize) -> impl FnMut() -> f64 + use<> {
+        let (in_block, n_all) = (self.n_units.len() as u64 + 2, self.n_units.iter().sum::<usize>());
+        let (block, seed) = ((point / in_block) as u32, folded(self.seed));
+        let of_b = match point % in_block {
+            0 => 0..0,
+            1 => 0..n_all,
+            other => {
+                let input = other as usize - 2;
+                let begin: usize = self.n_units[..input].iter().sum();
+                begin..begin + self.n_units[input]
+            }
+        };
+        let mut dimension = first;
+        move || {
+            let at = if of_b.contains(&dimension) { dimension + n_all } else { dimension };
+            dimension += 1;
+            f64::from(sobol_burley::sample(block, at as u32, seed))
         }
     }
 
@@ -68,11 +116,12 @@ impl Points {
                     f64::from(unit)
                 })
             }
-            Design::Random { .. } => self.drawn(units(self.seed, point)),
+            Design::Random { .. } => self.drawn(units(self.seed, point, Stream::Study)),
+            Design::Saltelli { .. } => self.drawn(self.of_block(point, 0)),
             Design::Grid {} => {
-                let (mut left, mut next) = (point, units(self.seed, member));
+                let (mut left, mut next) = (point, units(self.seed, member, Stream::Study));
                 let pick = |parameter: &Parameter| {
-                    let drawn = draw(parameter, &mut next);
+                    let drawn = parameter.draw(&mut next);
                     let Some(n_values) = parameter.n_values() else { return Some(drawn) };
                     let value = parameter.value(left % n_values);
                     left /= n_values;
@@ -84,9 +133,9 @@ impl Points {
                 picks
             }
             Design::OneAtATime {} => {
-                let (mut left, mut next) = (point.checked_sub(1), units(self.seed, member));
+                let (mut left, mut next) = (point.checked_sub(1), units(self.seed, member, Stream::Study));
                 let pick = |parameter: &Parameter| {
-                    let drawn = draw(parameter, &mut next);
+                    let drawn = parameter.draw(&mut next);
                     let Some(n_values) = parameter.n_values() else { return Some(drawn) };
                     let here = left?;
                     left = here.checked_sub(n_values);
@@ -98,7 +147,7 @@ impl Points {
     }
 
     fn drawn(&self, mut next: impl FnMut() -> f64) -> Picks {
-        self.parameters.iter().map(|parameter| Some(draw(parameter, &mut next))).collect()
+        self.parameters.iter().map(|parameter| Some(parameter.draw(&mut next))).collect()
     }
 
     /// The parameters.
@@ -106,29 +155,15 @@ impl Points {
         &self.parameters
     }
 
-    /// What the table says of `picks` in a scene whose own value at a path is `own`.
-    pub fn shown<'a>(&self, picks: &Picks, own: impl Fn(&str) -> Option<&'a Value>) -> Vec<String> {
+    /// What the table says of `picks` in a scene that says `own` at a path.
+    pub fn shown(&self, picks: &Picks, own: impl Fn(&str) -> Own) -> Vec<String> {
         let all = self.parameters.iter().zip(picks);
         let shown = all.map(|(parameter, pick)| match pick {
             Some(pick) => pick.shown.clone(),
-            None => parameter.as_it_is(own(&parameter.path)),
+            None => parameter.as_it_is(&own(&parameter.path)),
         });
         shown.flatten().collect()
     }
-}
-
-fn draw(parameter: &Parameter, next: &mut impl FnMut() -> f64) -> Pick {
-    let units: Vec<f64> = (0..parameter.n_units()).map(|_| next()).collect();
-    parameter.drawn(&units)
-}
-
-/// Numbers from 0 to below 1, a stream for every `number`.
-fn units(seed: u64, number: u64) -> impl FnMut() -> f64 {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(number);
-    random.set_word_pos(AFTER_PERTURBATION);
-    // The 53 bits of a number, so that it stays what it is whatever the library does for a range.
-    move || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// A seed of half the width; small ones stay what they are.
@@ -139,15 +174,17 @@ fn folded(seed: u64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::sweep::spec::Varied;
-    use serde_json::json;
+    use crate::parameter::spec::Varied;
+    use serde_json::{Value, json};
 
     fn points(design: Value, parameters: Value) -> Points {
         let mut problems = Problems::new("test");
         let varied: Vec<Varied> = serde_json::from_value(parameters).unwrap();
-        let parameters: Vec<Parameter> =
-            varied.iter().filter_map(|varied| Parameter::read(varied, "p", &mut problems)).collect();
-        let points = Points::new(serde_json::from_value(design).unwrap(), 7, parameters, &mut problems);
+        let parameters: Vec<Parameter> = varied
+            .iter()
+            .filter_map(|varied| Parameter::read(varied, &Own::Unknown, "p", &mut problems))
+            .collect();
+        let points = Points::new(serde_json::from_value(design).unwrap(), 7, parameters, &[], &mut problems);
         assert!(problems.list.is_empty(), "{problems}");
         points
     }
@@ -234,10 +271,28 @@ mod tests {
         }
     }
 
+    /// Of a block A and B differ in all inputs, and each further point differs from A in one, where it is B's.
+    #[test]
+    fn a_block_takes_one_input_after_the_other_from_its_second_point() {
+        let parameters = json!([{ "path": "a", "uniform": [0, 1] }, { "path": "b", "direction": { "length": [1, 2] } },
+                                { "path": "c", "values": [1, 2, 3, 4, 5, 6, 7, 8, 9] }]);
+        let design = points(json!({ "kind": "saltelli", "base": 4 }), parameters);
+        assert_eq!((design.count(), design.block()), (Some(20), Some(5)));
+        for block in 0..4 {
+            let all: Vec<Vec<Value>> = (0..5).map(|i| values(&design, 5 * block + i, 0)).collect();
+            assert!((0..2).all(|input| all[0][input] != all[1][input]));
+            for input in 0..3 {
+                let expected: Vec<&Value> =
+                    (0..3).map(|other| &all[usize::from(input == other)][other]).collect();
+                assert_eq!(all[2 + input].iter().collect::<Vec<_>>(), expected, "block {block}, {input}");
+            }
+        }
+    }
+
     #[test]
     fn a_design_without_anything_to_go_through_is_a_fault() {
         let mut problems = Problems::new("test");
-        Points::new(Design::Grid {}, 1, Vec::new(), &mut problems);
+        Points::new(Design::Grid {}, 1, Vec::new(), &[], &mut problems);
         assert_eq!(problems.list.len(), 1);
     }
 }

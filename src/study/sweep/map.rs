@@ -1,9 +1,10 @@
-//! The probability that a capture holds, over one or two inputs of a sweep.
+//! The probability that a capture holds, or of another outcome, over one to four inputs of a sweep.
 //!
 //! Two answers stand side by side: raw shares in boxes of equal size, each with its exact (Clopper–Pearson) interval,
 //! which assume nothing; and a logistic regression with all terms up to second order in the inputs, which is smooth and
 //! has narrower intervals, and is right as far as the probability has such a shape. Members of a study that is spread over other
-//! inputs too count at whatever those were: the probability is a mean over them.
+//! inputs too count at whatever those were: the probability is a mean over them. Members that are undecided are left out,
+//! and counted: what the shares would be were all of them a yes, or none, is told beside.
 //!
 //! How far the regression may be believed is tried on points that it has not seen: of five parts each is foretold from
 //! the other four. What was foretold stands beside what came, and the Brier score, the mean square of the difference, beside that
@@ -13,6 +14,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::logistic::{LogisticFit, Probability, RIDGE};
+use super::outcome::MapOutcome;
 use crate::provenance::Provenance;
 use crate::study::ensemble::Share;
 
@@ -29,8 +31,8 @@ pub struct MapSample {
     pub point: u64,
     /// Its inputs.
     pub at: Vec<f64>,
-    /// Whether the target was captured.
-    pub captured: bool,
+    /// Whether the outcome came.
+    pub came: bool,
 }
 
 /// An input of a map.
@@ -49,7 +51,7 @@ pub struct MapBox {
     pub from: Vec<f64>,
     /// Its upper edges.
     pub to: Vec<f64>,
-    /// Share captured of the members in it.
+    /// Share of the members in it for whom the outcome came.
     pub captured: Share,
     /// What the regression says of its middle.
     pub fitted: Probability,
@@ -69,13 +71,17 @@ pub struct Foretold {
 pub struct CaptureMap {
     /// What the study asks.
     pub title: String,
+    /// What it is the probability of.
+    pub outcome: String,
     /// The inputs.
     pub inputs: Vec<MapInput>,
-    /// Share captured over all.
+    /// Share of all members for whom it came.
     pub captured: Share,
+    /// Members whose run ended before it could be told; they are left out.
+    pub undecided: usize,
     /// Boxes that have members.
     pub boxes: Vec<MapBox>,
-    /// Features of the regression, in u and v: the inputs from −1 to 1.
+    /// Features of the regression, in u, v, w, x: the inputs from −1 to 1.
     pub terms: Vec<String>,
     /// The regression.
     pub fit: LogisticFit,
@@ -89,7 +95,25 @@ pub struct CaptureMap {
     pub provenance: Provenance,
 }
 
-/// The features of a point `at` within `inputs`: 1, u, u², or 1, u, v, u², u v, v².
+/// Letters of the inputs from −1 to 1; a map has as many inputs at most.
+pub const LETTERS: [&str; 4] = ["u", "v", "w", "x"];
+
+/// What the features of `n_inputs` are, in words: those of [`features`], in their order.
+fn terms(n_inputs: usize) -> Vec<String> {
+    let letters = &LETTERS[..n_inputs];
+    let products = (0..n_inputs).flat_map(|i| {
+        (i..n_inputs).map(move |j| match i == j {
+            true => format!("{}^2", letters[i]),
+            false => format!("{} {}", letters[i], letters[j]),
+        })
+    });
+    std::iter::once("1".to_owned())
+        .chain(letters.iter().map(|letter| (*letter).to_owned()))
+        .chain(products)
+        .collect()
+}
+
+/// The features of a point `at` within `inputs`: 1, u, u², or 1, u, v, u², u v, v², and so on.
 pub fn features(inputs: &[MapInput], at: &[f64]) -> Vec<f64> {
     let scaled = |(input, value): (&MapInput, &f64)| {
         let [low, high] = input.range;
@@ -102,8 +126,15 @@ pub fn features(inputs: &[MapInput], at: &[f64]) -> Vec<f64> {
 }
 
 impl CaptureMap {
-    /// The map of `samples` over inputs called `names`, with so many boxes along each; none without samples.
-    pub fn of(title: &str, names: &[String], samples: &[MapSample], n_boxes: usize) -> Option<CaptureMap> {
+    /// The map of `outcome`, which is undecided for so many, of `samples` over one to four inputs called `names`, with so
+    /// many boxes along each; none without samples.
+    pub fn of(
+        title: &str,
+        (outcome, undecided): (MapOutcome, usize),
+        names: &[String],
+        samples: &[MapSample],
+        n_boxes: usize,
+    ) -> Option<CaptureMap> {
         let input = |(axis, name): (usize, &String)| {
             let values = samples.iter().map(|sample| sample.at[axis]);
             let range = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
@@ -115,21 +146,16 @@ impl CaptureMap {
         let foretold = foretold(&inputs, samples);
         let brier = |probability: &dyn Fn(usize) -> f64| {
             let error = |(i, sample): (usize, &MapSample)| {
-                (probability(i) - f64::from(u8::from(sample.captured))).powi(2)
+                (probability(i) - f64::from(u8::from(sample.came))).powi(2)
             };
             samples.iter().enumerate().map(error).sum::<f64>() / samples.len() as f64
         };
         Some(CaptureMap {
             title: title.to_owned(),
-            boxes: boxes(&inputs, samples, &fit, n_boxes),
-            terms: if inputs.len() == 1 {
-                &["1", "u", "u^2"][..]
-            } else {
-                &["1", "u", "v", "u^2", "u v", "v^2"]
-            }
-            .iter()
-            .map(|term| (*term).to_owned())
-            .collect(),
+            outcome: outcome.to_string(),
+            undecided,
+            boxes: boxes(&inputs, samples.iter(), n_boxes, |at| fit.at(&features(&inputs, at))),
+            terms: terms(inputs.len()),
             fit,
             brier: brier(&|i| foretold[i]),
             brier_of_share: brier(&|_| all.share),
@@ -144,17 +170,32 @@ impl CaptureMap {
     pub fn at(&self, at: &[f64]) -> Probability {
         self.fit.at(&features(&self.inputs, at))
     }
+
+    /// What stands for `undecided` members: the share were none of them a yes, and were all.
+    pub fn bounds(&self) -> [f64; 2] {
+        let (came, all) = (self.captured.captured as f64, (self.captured.of + self.undecided) as f64);
+        [came / all, (came + self.undecided as f64) / all]
+    }
+
+    /// Boxes over the first two inputs, of those of `samples` that are near `at` in all others.
+    pub fn boxes_of_slice<'a>(
+        &self,
+        samples: impl Iterator<Item = &'a MapSample>,
+        others: &[f64],
+        n_boxes: usize,
+    ) -> Vec<MapBox> {
+        boxes(&self.inputs[..2], samples, n_boxes, |at| self.at(&[at, others].concat()))
+    }
 }
 
 fn fitted<'a>(inputs: &[MapInput], samples: impl Iterator<Item = &'a MapSample>) -> Option<LogisticFit> {
     let (rows, yes): (Vec<_>, Vec<_>) =
-        samples.map(|sample| (features(inputs, &sample.at), sample.captured)).unzip();
+        samples.map(|sample| (features(inputs, &sample.at), sample.came)).unzip();
     LogisticFit::of(&rows, &yes, RIDGE)
 }
 
 fn share<'a>(samples: impl Iterator<Item = &'a MapSample>) -> Option<Share> {
-    let [captured, of] =
-        samples.fold([0, 0], |[yes, all], sample| [yes + usize::from(sample.captured), all + 1]);
+    let [captured, of] = samples.fold([0, 0], |[yes, all], sample| [yes + usize::from(sample.came), all + 1]);
     (of > 0).then(|| Share::of(captured, of))
 }
 
@@ -165,7 +206,12 @@ fn box_of(range: [f64; 2], value: f64, n_boxes: usize) -> usize {
     ((share * n_boxes as f64) as usize).min(n_boxes - 1)
 }
 
-fn boxes(inputs: &[MapInput], samples: &[MapSample], fit: &LogisticFit, n_boxes: usize) -> Vec<MapBox> {
+fn boxes<'a>(
+    inputs: &[MapInput],
+    samples: impl Iterator<Item = &'a MapSample>,
+    n_boxes: usize,
+    fitted: impl Fn(&[f64]) -> Probability,
+) -> Vec<MapBox> {
     let number = |sample: &MapSample| -> Vec<usize> {
         inputs.iter().zip(&sample.at).map(|(input, value)| box_of(input.range, *value, n_boxes)).collect()
     };
@@ -185,7 +231,7 @@ fn boxes(inputs: &[MapInput], samples: &[MapSample], fit: &LogisticFit, n_boxes:
             from: edge(numbers, 0.0),
             to: edge(numbers, 1.0),
             captured: share(samples.iter().copied())?,
-            fitted: fit.at(&features(inputs, &edge(numbers, 0.5))),
+            fitted: fitted(&edge(numbers, 0.5)),
         })
     };
     members.iter().filter_map(one).collect()
@@ -219,13 +265,15 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    const CAPTURED: (MapOutcome, usize) = (MapOutcome::Captured, 0);
+
     /// Samples of a known law of two inputs, of the shape that the regression has.
     fn samples(n: u64) -> Vec<MapSample> {
         let mut random = ChaCha8Rng::seed_from_u64(2);
         let one = |point| {
             let at = vec![random.random_range(0.0..3.0), random.random_range(0.0..90.0)];
-            let captured = random.random_bool(law(&at));
-            MapSample { point, at, captured }
+            let came = random.random_bool(law(&at));
+            MapSample { point, at, came }
         };
         (0..n).map(one).collect()
     }
@@ -237,7 +285,7 @@ mod tests {
     #[test]
     fn a_map_finds_the_law_that_its_members_follow() {
         let names = ["rate", "tilt"].map(str::to_owned);
-        let map = CaptureMap::of("t", &names, &samples(2000), 6).unwrap();
+        let map = CaptureMap::of("t", CAPTURED, &names, &samples(2000), 6).unwrap();
         let mut held = 0;
         for (i, j) in (0..36).map(|k| (k / 6, k % 6)) {
             let at = [0.25 + 0.5 * f64::from(i), 7.5 + 15.0 * f64::from(j)];
@@ -259,9 +307,31 @@ mod tests {
 
     #[test]
     fn one_point_and_no_points_are_no_panic() {
-        let one = [MapSample { point: 0, at: vec![1.0], captured: true }];
-        let map = CaptureMap::of("t", &["a".to_owned()], &one, 3).unwrap();
+        let one = [MapSample { point: 0, at: vec![1.0], came: true }];
+        let map = CaptureMap::of("t", CAPTURED, &["a".to_owned()], &one, 3).unwrap();
         assert_eq!((map.boxes.len(), map.terms.len()), (1, 3));
-        assert!(CaptureMap::of("t", &["a".to_owned()], &[], 3).is_none());
+        assert!(CaptureMap::of("t", CAPTURED, &["a".to_owned()], &[], 3).is_none());
+    }
+
+    /// Inputs that do nothing leave the law of the first two what it is, in every slice.
+    #[test]
+    fn a_map_over_four_inputs_has_the_law_of_two_in_each_slice() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let mut all = samples(4000);
+        all.iter_mut().for_each(|sample| sample.at.extend([random.random(), random.random::<f64>()]));
+        let names = ["rate", "tilt", "c", "d"].map(str::to_owned);
+        let map = CaptureMap::of("t", (MapOutcome::Settled, 1000), &names, &all, 3).unwrap();
+        assert_eq!((map.terms.len(), map.boxes.len()), (15, 81));
+        assert_eq!(map.terms[5..9], ["u^2", "u v", "u w", "u x"]);
+        for others in [[0.2, 0.8], [0.5, 0.5]] {
+            for at in [[0.5, 20.0], [1.5, 45.0], [2.5, 70.0]] {
+                let found = map.at(&[at, others].concat()).value;
+                assert!((found - law(&at)).abs() < 0.15, "{at:?}: {found}, {}", law(&at)); // measured: 0.05
+            }
+        }
+        let boxes = map.boxes_of_slice(all.iter(), &[0.5, 0.5], 3);
+        assert_eq!(boxes.iter().map(|b| b.captured.of).sum::<usize>(), 4000);
+        let [low, high] = map.bounds();
+        assert!((high - low - 0.2).abs() < 1e-12 && (low..high).contains(&map.captured.share));
     }
 }

@@ -5,9 +5,10 @@
 //! depends on the machine, as wall times do, is in no row.
 
 pub mod design;
-pub mod draw;
 pub mod logistic;
 pub mod map;
+pub mod outcome;
+pub mod sensitivity;
 pub mod spec;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -25,16 +26,17 @@ use super::ensemble::{self, EnsembleRequest};
 use super::settle;
 use crate::assets::Kind;
 use crate::case::Case;
+use crate::case::uncertain::check_ends;
 use crate::json;
 use crate::limits::{Limit, Limits};
 use crate::metrics::summary::Summary;
+use crate::parameter::{self, Own, Parameter, Pick};
 use crate::problems::{Problems, did_you_mean, visible};
 use crate::provenance::Provenance;
-use crate::read::{self, join};
+use crate::read;
 use crate::scene::{self, Source};
 use crate::target::files::Files;
 use design::{Picks, Points};
-use draw::Parameter;
 use spec::{Design, SweepSpec};
 
 /// Columns of every table before those of the inputs, and after them before the numbers of the summary.
@@ -42,7 +44,10 @@ const FIRST: [&str; 3] = ["member", "point", "seed"];
 const OUTCOME: [&str; 4] = ["captured", "verdict", "reason", "failure"];
 
 /// How the columns of inputs begin.
-const INPUT: &str = "input.";
+pub const INPUT: &str = "input.";
+
+/// How the columns begin of what was drawn of what is uncertain in the scene.
+pub const DRAWN: &str = "drawn.";
 
 /// Blocks of the summary that no table has: what is the same for all, or the machine's.
 const LEFT_OUT: [&str; 5] = ["solver.", "wall_s", "trust_horizon_s", "time_shares.", "provenance."];
@@ -144,9 +149,13 @@ impl Sweep {
     }
 
     fn check(spec: SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Sweep> {
-        let parameters = parameters(&spec, problems);
+        let source = source(&spec, file, limits, problems);
+        let parameters = parameters(&spec, source.as_ref(), problems);
         let whole = parameters.len() == spec.parameters.len();
-        let points = Points::new(spec.design, spec.seed, parameters, problems);
+        let case = source.as_ref().and_then(|source| built(source, "scene", problems));
+        let uncertain = case.as_ref().and_then(Case::uncertain).map_or(&[][..], |drawn| drawn.parameters());
+        check_uncertain(&parameters, uncertain, case.is_some(), problems);
+        let points = Points::new(spec.design, spec.seed, parameters, uncertain, problems);
         let n_members = points.count().and_then(|points| points.checked_mul(spec.members));
         if limits.exceeded(Limit::Members, n_members.map_or(f64::INFINITY, |members| members as f64)) {
             let found = n_members
@@ -154,8 +163,7 @@ impl Sweep {
             problems.add("design", format!("{found} members"), limits.allowed(Limit::Members));
         }
         let names = names(&spec, problems);
-        let source = source(&spec, file, limits, problems)?;
-        let case = built(&source, "scene", problems)?;
+        let (source, case) = (source?, case?);
         check_fold(&spec, &case, &limits, problems);
         if whole {
             for (number, parameter) in points.parameters().iter().enumerate() {
@@ -184,7 +192,9 @@ impl Sweep {
     pub fn columns(&self) -> Vec<String> {
         // Some are numbers of the summary too: the spin as it begins, and as it ends.
         let inputs = self.points.parameters().iter().flat_map(Parameter::columns);
-        let inputs = inputs.map(|name| format!("{INPUT}{name}"));
+        let drawn = self.case.uncertain().map_or_else(Vec::new, |drawn| drawn.columns());
+        let drawn = drawn.into_iter().map(|name| format!("{DRAWN}{name}"));
+        let inputs = inputs.map(|name| format!("{INPUT}{name}")).chain(drawn);
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         names(&FIRST)
             .into_iter()
@@ -211,8 +221,10 @@ impl Sweep {
     /// The key of rows made by `program`. How many points an open design has is no part of it: more may come.
     fn key(&self, program: &str) -> String {
         let mut spec = SweepSpec { title: String::new(), scene: String::new(), ..self.spec.clone() };
-        if let Design::Sobol { points } | Design::Random { points } = &mut spec.design {
-            *points = 0;
+        if let Design::Sobol { points: n } | Design::Random { points: n } | Design::Saltelli { base: n } =
+            &mut spec.design
+        {
+            *n = 0;
         }
         let mut hasher = Sha256::new();
         for text in [program, self.case.hash(), &serde_json::to_string(&spec).unwrap_or_default()] {
@@ -227,8 +239,12 @@ impl Sweep {
         self.spec.at_most_s.map(|time| time.0)
     }
 
+    fn point(&self, member: u64) -> u64 {
+        member / self.spec.members
+    }
+
     fn picks(&self, member: u64) -> Picks {
-        self.points.at(member / self.spec.members, member)
+        self.points.at(self.point(member), member)
     }
 
     /// The scene that `member` runs.
@@ -236,27 +252,47 @@ impl Sweep {
     /// # Errors
     /// Faults that the ends of no single parameter have.
     pub fn member(&self, member: u64) -> Result<Case, Problems> {
-        self.member_at(member, &self.picks(member))
+        let (case, drawn) = self.drawn(member, &self.picks(member))?;
+        self.member_of(&case, &drawn, member)
     }
 
-    fn member_at(&self, member: u64, picks: &Picks) -> Result<Case, Problems> {
+    /// The scene at the point `picks`, and what is drawn in it for `member`.
+    fn drawn(&self, member: u64, picks: &Picks) -> Result<(Case, Vec<Pick>), Problems> {
         let mut source = self.source.clone();
         let all = self.points.parameters().iter().zip(picks);
-        let changes =
-            all.filter_map(|(parameter, pick)| Some(change(&parameter.path, &pick.as_ref()?.value)));
+        let changes = all.filter_map(|(parameter, pick)| Some(parameter.change(pick.as_ref()?)));
         source.set(&changes.collect::<Vec<_>>())?;
-        let case = Case::build(&source)?;
-        Ok(ensemble::perturbed(&case, &request(&self.spec), member as usize))
+        let case = Case::build_point(&source)?;
+        let mut next = self.points.uncertain(self.point(member), member);
+        let drawn = case.uncertain().map_or_else(Vec::new, |uncertain| uncertain.draw_from(&mut next));
+        Ok((case, drawn))
+    }
+
+    fn member_of(&self, case: &Case, drawn: &[Pick], member: u64) -> Result<Case, Problems> {
+        // Points of a block share their folds: a difference between them is none of chance.
+        let fold = self.points.block().map_or(member, |n_points| {
+            self.point(member) / n_points * self.spec.members + member % self.spec.members
+        });
+        let request = request(&self.spec);
+        let perturbed = |case: &Case| ensemble::perturbed(case, &request, fold as usize);
+        Ok(match case.uncertain() {
+            Some(uncertain) => perturbed(&uncertain.with(drawn)?),
+            None => perturbed(case),
+        })
     }
 
     /// Runs `member`. Whatever becomes of it, it has a row.
     pub fn run(&self, member: u64) -> Row {
         let picks = self.picks(member);
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.outcome(member, &picks)))
+        let mut drawn = Vec::new();
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.outcome(member, &picks, &mut drawn)))
             .unwrap_or_else(|_| Err("a panic, which is a fault of the program".to_owned()));
-        let (point, seed) = (member / self.spec.members, self.spec.seed);
+        let (point, seed) = (self.point(member), self.spec.seed);
         let mut fields = vec![member.to_string(), point.to_string(), seed.to_string()];
-        fields.extend(self.points.shown(&picks, |path| self.source.json.pointer(&pointer(path))));
+        fields.extend(self.points.shown(&picks, |path| self.source.own(path)));
+        let n_drawn = self.case.uncertain().map_or(0, |uncertain| uncertain.columns().len());
+        let shown = drawn.into_iter().flat_map(|pick| pick.shown).chain(std::iter::repeat(String::new()));
+        fields.extend(shown.take(n_drawn));
         let (capture, failure) = match &outcome {
             Ok(summary) => (summary.capture, String::new()),
             Err(why) => (None, visible(&why.replace("\n  ", " "), false).into_owned()),
@@ -268,13 +304,17 @@ impl Sweep {
         fields.push(failure);
         let scalars: std::collections::HashMap<String, f64> =
             outcome.map_or_else(|_| Default::default(), |summary| summary.scalars().into_iter().collect());
-        let number = |name: &String| scalars.get(name).map_or_else(String::new, |value| draw::number(*value));
+        let number =
+            |name: &String| scalars.get(name).map_or_else(String::new, |value| parameter::number(*value));
         fields.extend(self.names.iter().map(number));
         Row { member, captured: capture.map(|capture| capture.captured), fields }
     }
 
-    fn outcome(&self, member: u64, picks: &Picks) -> Result<Summary, String> {
-        let case = self.member_at(member, picks).map_err(|problems| problems.to_string())?;
+    fn outcome(&self, member: u64, picks: &Picks, drawn: &mut Vec<Pick>) -> Result<Summary, String> {
+        let told = |problems: Problems| problems.to_string();
+        let point;
+        (point, *drawn) = self.drawn(member, picks).map_err(told)?;
+        let case = self.member_of(&point, drawn, member).map_err(told)?;
         let (run, curves) =
             settle::run(&case, self.at_most_s(), |_| {}).map_err(|failure| failure.to_string())?;
         Summary::of(&case, &run, &curves).sound()
@@ -286,25 +326,38 @@ impl Sweep {
     }
 }
 
-/// The parameters of `spec`, those without a fault.
-fn parameters(spec: &SweepSpec, problems: &mut Problems) -> Vec<Parameter> {
-    let mut paths: Vec<&str> = Vec::new();
-    for (number, varied) in spec.parameters.iter().enumerate() {
-        let within = |one: &str, other: &str| one == other || one.starts_with(&format!("{other}."));
-        let twice = paths.iter().find(|known| within(known, &varied.path) || within(&varied.path, known));
-        if let Some(known) = twice {
-            let found = format!("{:?} beside {known:?}", varied.path);
+/// The parameters of `spec`, those without a fault, about what the scene `source` says.
+fn parameters(spec: &SweepSpec, source: Option<&Source>, problems: &mut Problems) -> Vec<Parameter> {
+    parameter::check_apart(&spec.parameters, "parameters", problems);
+    let own = |path: &str| source.map_or(Own::Unknown, |source| source.own(path));
+    let all = spec.parameters.iter().enumerate();
+    let read = all.filter_map(|(number, varied)| {
+        Parameter::read(varied, &own(&varied.path), &format!("parameters[{number}]"), problems)
+    });
+    read.collect()
+}
+
+/// Adds parameters whose values would be drawn anew, and a study in which nothing varies.
+fn check_uncertain(
+    parameters: &[Parameter],
+    uncertain: &[Parameter],
+    is_known: bool,
+    problems: &mut Problems,
+) {
+    for (number, parameter) in parameters.iter().enumerate() {
+        let again =
+            |drawn: &&Parameter| !drawn.is_about_own && parameter::overlap(&drawn.path, &parameter.path);
+        if let Some(drawn) = uncertain.iter().find(again) {
             problems.add(
                 format!("parameters[{number}].path"),
-                found,
-                "a value of the scene that no other parameter changes",
+                format!("{:?}, which the scene draws anew as {:?}", parameter.path, drawn.path),
+                "another value; or what is uncertain about it without a mean or ends of its own",
             );
         }
-        paths.push(&varied.path);
     }
-    let all = spec.parameters.iter().enumerate();
-    all.filter_map(|(number, varied)| Parameter::read(varied, &format!("parameters[{number}]"), problems))
-        .collect()
+    if parameters.is_empty() && uncertain.is_empty() && is_known && problems.list.is_empty() {
+        problems.add("parameters", "none", "at least one, or a scene in which something is uncertain");
+    }
 }
 
 /// The numbers of the summary that rows have.
@@ -353,7 +406,7 @@ fn source(spec: &SweepSpec, file: &Path, limits: Limits, problems: &mut Problems
         return None;
     }
     let mut own = Problems::new("");
-    let filled = source.scene(&mut own, |_, _| ()).and_then(|scene| serde_json::to_value(scene).ok());
+    let filled = source.scene(&mut own, |_, _| ()).map(|scene| scene.written_out());
     match filled {
         Some(filled) => source.json = filled,
         // With all its faults, not only those of single values.
@@ -365,23 +418,6 @@ fn source(spec: &SweepSpec, file: &Path, limits: Limits, problems: &mut Problems
 /// The case of `source`; its faults go to those of the study's `place`.
 fn built(source: &Source, place: &str, problems: &mut Problems) -> Option<Case> {
     Case::build(source).map_err(|faults| problems.add_below(place, faults)).ok()
-}
-
-/// Adds what the scene does not allow at the ends of `parameter`, which stands at `place`.
-fn check_ends(source: &Source, parameter: &Parameter, place: &str, problems: &mut Problems) {
-    for (end, pick) in parameter.ends() {
-        if problems.is_full() {
-            return;
-        }
-        let mut changed = source.clone();
-        let faults = changed
-            .set(&[change(&parameter.path, &pick.value)])
-            .and_then(|()| Case::build(&changed).map(drop));
-        for fault in faults.err().into_iter().flat_map(|faults| faults.list) {
-            let found = format!("{}, with which {} is {}", pick.value, fault.place, fault.found);
-            problems.add(join(place, &end), found, fault.allowed);
-        }
-    }
 }
 
 /// How members of a point differ from each other, and how long they run.
@@ -408,9 +444,4 @@ fn check_fold(spec: &SweepSpec, case: &Case, limits: &Limits, problems: &mut Pro
 
 fn change(path: &str, value: &Value) -> String {
     format!("{path}={value}")
-}
-
-/// `target.spin_rad_s.0` as `/target/spin_rad_s/0`.
-fn pointer(path: &str) -> String {
-    format!("/{}", path.replace('.', "/"))
 }

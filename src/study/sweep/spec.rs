@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::parameter::spec::Varied;
 use crate::quantity::Positive;
 use crate::study::compare::variants::PAIRS;
 
@@ -26,12 +27,13 @@ pub struct SweepSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("enum" = PAIRS))]
     pub solver: Option<String>,
-    /// What varies.
-    #[schemars(length(min = 1, max = 64))]
+    /// What varies, beside what is uncertain in the scene.
+    #[serde(default)]
+    #[schemars(length(max = 64))]
     pub parameters: Vec<Varied>,
     /// At which points.
     pub design: Design,
-    /// Members at each point: they differ in the last digits of the folded net.
+    /// Members at each point: they differ in the last digits of the folded net, and in what is uncertain.
     #[serde(default = "SweepSpec::one")]
     #[schemars(range(min = 1))]
     pub members: u64,
@@ -60,77 +62,6 @@ impl SweepSpec {
     }
 }
 
-/// A parameter that varies: exactly one of `values`, `range`, `uniform`, `log_uniform`, `normal`, `direction`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Varied {
-    /// Its path in the scene, as for `--set`: `target.spin_rad_s.0`.
-    pub path: String,
-    /// These values, of any kind; null removes the key.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(length(min = 1))]
-    pub values: Option<Vec<Value>>,
-    /// With `values`: what the table says in place of each.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub labels: Option<Vec<String>>,
-    /// Values at equal distances.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub range: Option<Steps>,
-    /// Any number between two, all as likely.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub uniform: Option<[f64; 2]>,
-    /// Any number between two above zero, whose logarithm is as likely everywhere.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub log_uniform: Option<[Positive; 2]>,
-    /// A normal distribution, cut.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub normal: Option<CutNormal>,
-    /// A vector of three numbers whose direction is anywhere on the sphere, all as likely.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub direction: Option<Directions>,
-}
-
-/// Values at equal distances, with both ends.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Steps {
-    /// First value.
-    pub from: f64,
-    /// Last value.
-    pub to: f64,
-    /// How many values.
-    #[schemars(range(min = 2, max = 100_000))]
-    pub steps: u32,
-}
-
-/// A normal distribution without its tails.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CutNormal {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation before it is cut.
-    pub sigma: Positive,
-    /// Standard deviations from the mean beyond which nothing lies.
-    #[serde(default = "CutNormal::three")]
-    #[schemars(range(max = 8))]
-    pub cut: Positive,
-}
-
-impl CutNormal {
-    fn three() -> Positive {
-        Positive(3.0)
-    }
-}
-
-/// Vectors in any direction.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Directions {
-    /// Least and largest length, in the unit of the path; all between are as likely.
-    pub length: [f64; 2],
-}
-
 /// At which points a study is run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -151,5 +82,12 @@ pub enum Design {
         /// How many.
         #[schemars(range(min = 1))]
         points: u64,
+    },
+    /// Two independent Sobol points A and B for every one of so many blocks, and A with one input after the other taken
+    /// from B: what `tumblenet sensitivity` is computed from. What is uncertain in the scene is among the inputs.
+    Saltelli {
+        /// How many blocks, each of two points more than there are inputs; more may be added later.
+        #[schemars(range(min = 1, max = 65_536))]
+        base: u64,
     },
 }
