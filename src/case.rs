@@ -120,9 +120,9 @@ impl Case {
         let limits = &source.limits;
         let files = Files::of(source.folder.as_deref(), limits);
         // Net and target, and every fault that does not need both.
-        let parts = |scene: &mut Scene, problems: &mut Problems| {
+        let parts = |scene: &mut Scene, as_written: bool, problems: &mut Problems| {
             checks::check_scene(scene, limits, problems);
-            let uncertain = Uncertain::read(scene, source, problems);
+            let uncertain = Uncertain::read(scene, as_written, source, problems);
             scene.effects.load(&files, problems);
             let net = checks::check_knots(&scene.net, limits, problems)
                 .then(|| Net::build(&scene.net, &scene.launch, problems))
@@ -130,9 +130,9 @@ impl Case {
             let target = scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", problems));
             (net, target, uncertain)
         };
-        let readable = |mut scene: Scene, problems: &mut Problems| drop(parts(&mut scene, problems));
+        let readable = |mut scene: Scene, problems: &mut Problems| drop(parts(&mut scene, false, problems));
         let case = source.scene(&mut problems, readable).and_then(|mut scene| {
-            let (net, target, uncertain) = parts(&mut scene, &mut problems);
+            let (net, target, uncertain) = parts(&mut scene, true, &mut problems);
             let net = net?;
             let target = match target {
                 Some(None) => return None,

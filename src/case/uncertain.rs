@@ -3,8 +3,10 @@
 //! A member is the scene in which what was drawn stands in the place of what is uncertain, read and checked like any other
 //! scene. What is drawn comes from the seed and the member's number alone.
 
+use std::sync::Arc;
+
 use super::Case;
-use crate::parameter::{self, Parameter, Pick, Stream, units};
+use crate::parameter::{self, Own, Parameter, Pick, Stream, units};
 use crate::problems::{Problems, join};
 use crate::scene::Source;
 use crate::scene::schema::Scene;
@@ -21,12 +23,14 @@ pub struct Uncertain {
 }
 
 impl Uncertain {
-    /// What is uncertain in `scene`, which was read from `source`; faults go to `problems`.
+    /// What is uncertain in `scene`, which was read from `source`; faults go to `problems`. Of a scene that is not as it
+    /// was written, since its faults were mended, nothing is asked.
     pub(super) fn read(
         scene: &Scene,
+        as_written: bool,
         source: &Source,
         problems: &mut Problems,
-    ) -> Option<std::sync::Arc<Uncertain>> {
+    ) -> Option<Arc<Uncertain>> {
         if scene.uncertain.is_empty() {
             return None;
         }
@@ -40,10 +44,11 @@ impl Uncertain {
         parameter::check_apart(&scene.uncertain, KEY, problems);
         let all = scene.uncertain.iter().enumerate();
         let parameters = all.filter_map(|(number, varied)| {
-            Parameter::read(varied, &source.own(&varied.path), &format!("{KEY}[{number}]"), problems)
+            let own = if as_written { source.own(&varied.path) } else { Own::Unknown };
+            Parameter::read(varied, &own, &format!("{KEY}[{number}]"), problems)
         });
         let parameters = parameters.collect();
-        Some(std::sync::Arc::new(Uncertain { source, parameters }))
+        Some(Arc::new(Uncertain { source, parameters }))
     }
 
     /// Adds what the scene does not allow at the ends of what is drawn.

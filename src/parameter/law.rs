@@ -8,7 +8,7 @@ use crate::problems::{Problems, join};
 
 /// A distribution whose numbers are all known.
 #[derive(Clone, Copy, Debug)]
-pub enum Law {
+pub enum NumberLaw {
     /// All as likely between two.
     Uniform([f64; 2]),
     /// The same for the logarithm.
@@ -24,14 +24,14 @@ pub enum Law {
     },
 }
 
-impl Law {
+impl NumberLaw {
     /// The number below which the share `unit` of all lies.
     pub fn at(self, unit: f64) -> f64 {
         let between = |[low, high]: [f64; 2]| low + unit * (high - low);
         match self {
-            Law::Uniform(ends) => between(ends),
-            Law::LogUniform(ends) => between(ends.map(f64::ln)).exp().clamp(ends[0], ends[1]),
-            Law::Normal { mean, sigma, cut } => {
+            NumberLaw::Uniform(ends) => between(ends),
+            NumberLaw::LogUniform(ends) => between(ends.map(f64::ln)).exp().clamp(ends[0], ends[1]),
+            NumberLaw::Normal { mean, sigma, cut } => {
                 let normal = Normal::standard();
                 let ends = [normal.cdf(-cut), normal.cdf(cut)];
                 mean + sigma * normal.inverse_cdf(between(ends)).clamp(-cut, cut)
@@ -42,8 +42,8 @@ impl Law {
     /// Its least and its largest number.
     pub fn ends(self) -> [f64; 2] {
         match self {
-            Law::Uniform(ends) | Law::LogUniform(ends) => ends,
-            Law::Normal { mean, sigma, cut } => [mean - cut * sigma, mean + cut * sigma],
+            NumberLaw::Uniform(ends) | NumberLaw::LogUniform(ends) => ends,
+            NumberLaw::Normal { mean, sigma, cut } => [mean - cut * sigma, mean + cut * sigma],
         }
     }
 }
@@ -63,11 +63,12 @@ pub fn numbers(varied: &Varied, own: &Own, place: &str, problems: &mut Problems)
     let n = if is_list { own.numbers().map_or(1, |numbers| numbers.len()) } else { 1 };
     let mut factors = Vec::new();
     if let Some(ends) = varied.uniform {
-        let law = Law::Uniform(ordered(ends, &join(place, "uniform"), problems));
+        let law = NumberLaw::Uniform(ordered(ends, &join(place, "uniform"), problems));
         factors.push(Factor::Numbers { laws: vec![law; n], key: "uniform", is_list });
     }
     if let Some(ends) = varied.log_uniform {
-        let law = Law::LogUniform(ordered(ends.map(|end| end.0), &join(place, "log_uniform"), problems));
+        let law =
+            NumberLaw::LogUniform(ordered(ends.map(|end| end.0), &join(place, "log_uniform"), problems));
         factors.push(Factor::Numbers { laws: vec![law; n], key: "log_uniform", is_list });
     }
     if let Some(normal) = varied.normal {
@@ -77,7 +78,13 @@ pub fn numbers(varied: &Varied, own: &Own, place: &str, problems: &mut Problems)
     factors
 }
 
-fn normals(normal: CutNormal, own: &Own, n: usize, place: &str, problems: &mut Problems) -> Option<Vec<Law>> {
+fn normals(
+    normal: CutNormal,
+    own: &Own,
+    n: usize,
+    place: &str,
+    problems: &mut Problems,
+) -> Option<Vec<NumberLaw>> {
     if normal.sigma.is_some() == normal.relative.is_some() {
         let found = if normal.sigma.is_some() { "sigma and relative" } else { "neither sigma nor relative" };
         problems.add(place, found, "one of them");
@@ -95,6 +102,6 @@ fn normals(normal: CutNormal, own: &Own, n: usize, place: &str, problems: &mut P
     if normal.relative.is_some() && means.contains(&0.0) {
         problems.add(join(place, "relative"), "a share of a mean of 0", "sigma, in the unit of the path");
     }
-    let law = |mean: f64| Law::Normal { mean, sigma: normal.sigma_about(mean), cut: normal.cut.0 };
+    let law = |mean: f64| NumberLaw::Normal { mean, sigma: normal.sigma_about(mean), cut: normal.cut.0 };
     Some(means.into_iter().map(law).collect())
 }

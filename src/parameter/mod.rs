@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use crate::problems::{Problems, join, visible};
 use crate::spelling;
 use crate::target::parts;
-use law::Law;
+use law::NumberLaw;
 use spec::{Directions, Steps, Varied};
 
 /// Values of a list that are tried before anything runs: each takes as long as reading a scene.
@@ -69,7 +69,7 @@ enum Factor {
     /// These; whether they were written as a range.
     List(Vec<Pick>, bool),
     /// A number; or a list of them, each by itself.
-    Numbers { laws: Vec<Law>, key: &'static str, is_list: bool },
+    Numbers { laws: Vec<NumberLaw>, key: &'static str, is_list: bool },
     /// A vector: its length, and the direction that it is near to with the largest angle [rad].
     Direction { length: [f64; 2], near: Option<(Vector3<f64>, f64)> },
     /// An attitude at most so far from one [rad].

@@ -174,7 +174,7 @@ pub fn words(map: &CaptureMap) -> String {
     };
     format!(
         "Over all {}.{undecided} ln(p / (1 - p)) = {}; {}. Brier score on points not seen {:.3}, of the overall share {:.3}.",
-        share_words(&map.outcome, &map.captured),
+        share_words(&format!("{}:", map.outcome), &map.captured),
         terms.join(" "),
         inputs.join("; "),
         map.brier,
@@ -185,7 +185,7 @@ pub fn words(map: &CaptureMap) -> String {
 /// What was foretold of points that were not seen, and what came.
 fn foretold(map: &CaptureMap) -> String {
     let row = |class: &crate::study::sweep::map::Foretold| {
-        let came = page::escape(&share_words(&map.outcome, &class.captured));
+        let came = page::escape(&share_words(&format!("{}:", map.outcome), &class.captured));
         format!("<tr><td>{:.0} %</td><td>{came}</td></tr>\n", 100.0 * class.probability)
     };
     page::table(

@@ -56,7 +56,6 @@ fn needs(place: &str) -> &'static [&'static str] {
         "output" => &["duration_s", "net"],
         "capture" => &["duration_s", "target"],
         "expect" => &["target"],
-        "uncertain" => &["net", "launch", "target", "effects", "solver"],
         "effects" => &["target", "launch"],
         "net" if place.starts_with("net.meshes") || place.starts_with("net.fold") => {
             &["net.meshes", "net.middle_knots", "net.fold"]
