@@ -44,6 +44,13 @@ impl Uncertain {
         parameter::check_apart(&scene.uncertain, KEY, problems);
         let all = scene.uncertain.iter().enumerate();
         let parameters = all.filter_map(|(number, varied)| {
+            if varied.crossed {
+                problems.add(
+                    format!("{KEY}[{number}].crossed"),
+                    true,
+                    "a study's parameters: a scene goes through nothing",
+                );
+            }
             let own = if as_written { source.own(&varied.path) } else { Own::Unknown };
             Parameter::read(varied, &own, &format!("{KEY}[{number}]"), problems)
         });

@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod cost;
+mod dependency;
 mod interrupt;
 mod list;
 mod manual;
@@ -72,6 +73,8 @@ enum Command {
     Map(map::Arguments),
     /// Finds which input of a sweep the spread of its numbers comes from.
     Sensitivity(sensitivity::Arguments),
+    /// Says how strongly results depend on each parameter of a sweep, beside published numbers.
+    Dependency(dependency::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -169,6 +172,7 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::Sweep(arguments)) => sweep::main(&arguments),
         Some(Command::Map(arguments)) => map::main(&arguments),
         Some(Command::Sensitivity(arguments)) => sensitivity::main(&arguments),
+        Some(Command::Dependency(arguments)) => dependency::main(&arguments),
         Some(Command::Schema { of }) => print(&json(&match of {
             SchemaOf::Scene => input_schema::<Scene>(),
             SchemaOf::Study => input_schema::<SweepSpec>(),

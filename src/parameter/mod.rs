@@ -31,6 +31,8 @@ pub struct Parameter {
     pub path: String,
     /// Whether it lies about what the scene says at its path, and moves with that.
     pub is_about_own: bool,
+    /// Whether a `one-at-a-time` study is repeated for each of its values.
+    pub crossed: bool,
     factor: Factor,
 }
 
@@ -221,13 +223,25 @@ impl Parameter {
             problems.add(place, format!("{n_kinds} of them"), KINDS);
         }
         let factor = factors.pop()?;
-        (problems.list.len() == known).then(|| Parameter { path: varied.path.clone(), is_about_own, factor })
+        if varied.crossed && !matches!(factor, Factor::List(..)) {
+            problems.add(join(place, "crossed"), "a distribution", "values or a range");
+        }
+        let (path, crossed) = (varied.path.clone(), varied.crossed);
+        (problems.list.len() == known).then_some(Parameter { path, is_about_own, crossed, factor })
     }
 
     /// How many values it has to choose from; none of a distribution.
     pub fn n_values(&self) -> Option<u64> {
         match &self.factor {
             Factor::List(picks, _) => Some(picks.len() as u64),
+            _ => None,
+        }
+    }
+
+    /// Its values where they are a range or a list of numbers.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        match &self.factor {
+            Factor::List(picks, _) => picks.iter().map(|pick| pick.value.as_f64()).collect(),
             _ => None,
         }
     }

@@ -13,6 +13,9 @@ use crate::quantity::Positive;
 pub struct Varied {
     /// Its path in the scene, as for `--set`: `target.spin_rad_s.0`.
     pub path: String,
+    /// Whether a `one-at-a-time` study is repeated for each of its values.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub crossed: bool,
     /// These values, of any kind; null removes the key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]

@@ -17,6 +17,7 @@ use super::text_table::TextTable;
 use crate::study::compare::{Comparison, Outcome};
 use crate::study::ensemble::Share;
 use crate::study::survival::Survival;
+use crate::study::sweep::dependency::DEPLOYMENT;
 use figures::timing;
 
 /// A column: name, in two lines for a terminal, and unit.
@@ -56,6 +57,18 @@ const CLOSING_COLUMNS: [Column; 12] = [
     ("lost at\nthe knots", "J"),
 ];
 
+/// Columns of the table of nets that fly free (Section 3.2.3), and of what a sub-step costs (Table 3.5).
+const FLIGHT_COLUMNS: [Column; 8] = [
+    ("deployment", ""),
+    ("largest\narea", "m²"),
+    ("deployment\ntime", "s"),
+    ("travelling\ndistance", "m"),
+    ("effective\nperiod", "s"),
+    ("sub-steps", ""),
+    ("wall time of\na sub-step", "µs"),
+    ("over\nbase", "×"),
+];
+
 /// Writes all files of `comparison` to the folder `out`.
 ///
 /// # Errors
@@ -74,9 +87,8 @@ pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
 /// The comparison as text.
 pub fn text(comparison: &Comparison) -> String {
     let mut text = format!("{}\n{}", comparison.title, text_table(&COLUMNS, cells(comparison)));
-    let closing = closing_cells(comparison);
-    if !closing.is_empty() {
-        text.push_str(&format!("\n{}", text_table(&CLOSING_COLUMNS, closing)));
+    for (columns, cells) in more_tables(comparison) {
+        text.push_str(&format!("\n{}", text_table(columns, cells)));
     }
     for note in notes(comparison) {
         text.push('\n');
@@ -113,6 +125,32 @@ fn cells(comparison: &Comparison) -> Vec<Vec<String>> {
         row
     };
     comparison.variants.iter().map(row).collect()
+}
+
+/// Tables beside the first, those that say anything.
+fn more_tables(comparison: &Comparison) -> Vec<(&'static [Column], Vec<Vec<String>>)> {
+    let tables =
+        [(&FLIGHT_COLUMNS[..], flight_cells(comparison)), (&CLOSING_COLUMNS[..], closing_cells(comparison))];
+    tables.into_iter().filter(|(_, cells)| !cells.is_empty()).collect()
+}
+
+/// The cells of the table of free flights; none where a variant has a target.
+fn flight_cells(comparison: &Comparison) -> Vec<Vec<String>> {
+    if comparison.ran().any(|(_, _, outcome)| outcome.captured.is_some()) {
+        return Vec::new();
+    }
+    let cost = |outcome: &Outcome| Some(outcome.median("wall_s")? / outcome.median("work.substeps")?);
+    let of_base = comparison.base().and_then(cost);
+    let row = |(_, variant, outcome): (usize, &crate::study::compare::Compared, &Outcome)| {
+        let shown = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), number);
+        let cost = cost(outcome);
+        let parameters = DEPLOYMENT.map(|name| shown(outcome.median(name)));
+        let over_base = cost.zip(of_base).map(|(cost, base)| cost / base);
+        let short = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), short);
+        let costs = [shown(outcome.median("work.substeps")), short(cost.map(|s| 1e6 * s)), short(over_base)];
+        std::iter::once(variant.label.clone()).chain(parameters).chain(costs).collect()
+    };
+    comparison.ran().map(row).collect()
 }
 
 /// The cells of the table of closing mechanisms; none when no variant has one.
@@ -245,13 +283,8 @@ fn notes(comparison: &Comparison) -> Vec<String> {
 
 /// The page: table and figures, everything within one file.
 fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
-    let closing = closing_cells(comparison);
-    let tables = [(&COLUMNS[..], cells(comparison)), (&CLOSING_COLUMNS[..], closing)];
-    let tables: String = tables
-        .iter()
-        .filter(|(_, cells)| !cells.is_empty())
-        .map(|(columns, cells)| page_table(columns, cells))
-        .collect();
+    let tables = std::iter::once((&COLUMNS[..], cells(comparison))).chain(more_tables(comparison));
+    let tables: String = tables.map(|(columns, cells)| page_table(columns, &cells)).collect();
     let notes: String =
         notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
     page::fill(&[

@@ -131,7 +131,7 @@ pub fn write(
         _ => (slices(map, samples, n_boxes), SLICED),
     };
     let words = format!("Probability: {}. {WORDS}{sliced}", map.outcome);
-    let figure = Figure { name: "map", title: "Probability", words, panels };
+    let figure = Figure { name: "map".into(), title: "Probability".into(), words, panels };
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure])?;
     let page = page::fill(&[

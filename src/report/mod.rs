@@ -3,6 +3,7 @@
 pub mod columns;
 pub mod compare;
 pub mod cost;
+pub mod dependency;
 pub mod ensemble;
 pub mod files;
 pub mod map;

@@ -1,5 +1,6 @@
 //! The page of a study: table and figures in one self-contained file, light and dark.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -14,9 +15,9 @@ const TEMPLATE: &str = include_str!("page.html");
 /// One figure.
 pub struct Figure {
     /// Name of its file, without ending.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its subject.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// What it shows, in a sentence or two.
     pub words: String,
     /// Its panels.
@@ -49,7 +50,7 @@ pub fn draw(
 ) -> Result<Vec<(Figure, String)>, WriteError> {
     let mut drawn = Vec::new();
     for figure in figures {
-        let place = out.join(figure.name).with_extension("svg");
+        let place = out.join(format!("{}.svg", figure.name));
         if figure.panels.is_empty() {
             files.without(&place);
             continue;
@@ -69,7 +70,7 @@ pub fn drawings(drawn: &[(Figure, String)]) -> String {
             text,
             "<figure id=\"{}\">\n<h2>{}</h2>\n<figcaption>{}</figcaption>\n<div class=\"plot\">{svg}</div>\n</figure>",
             figure.name,
-            figure.title,
+            escape(&figure.title),
             escape(&figure.words)
         );
     }

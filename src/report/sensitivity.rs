@@ -78,8 +78,8 @@ fn inputs(plan: &SweepPlan) -> Vec<String> {
 pub fn write(out: &Path, sensitivity: &Sensitivity, seed: u64) -> Result<(), WriteError> {
     files::make_folder(out)?;
     let figure = Figure {
-        name: "sensitivity",
-        title: "What matters",
+        name: "sensitivity".into(),
+        title: "What matters".into(),
         words: format!("{}: {WORDS}", sensitivity.outcome),
         panels: sensitivity.of_outcome.iter().map(|shares| panel(&sensitivity.inputs, shares)).collect(),
     };

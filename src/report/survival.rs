@@ -54,8 +54,8 @@ pub fn figure(curves: &[Named<'_>]) -> Figure {
     let y = Axis::fixed("still held [%]", 0.0, 103.0);
     let panel = Panel { keys, ..Panel::of_curves(x, y, 300, marks) };
     Figure {
-        name: "survival",
-        title: "How long it holds",
+        name: "survival".into(),
+        title: "How long it holds".into(),
         words: WORDS.to_owned(),
         panels: if curves.is_empty() { Vec::new() } else { vec![panel] },
     }

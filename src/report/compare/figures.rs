@@ -116,8 +116,8 @@ fn bullet_differences(comparison: &Comparison) -> Figure {
         ]
     };
     Figure {
-        name: "bullet-differences",
-        title: "How far the bullets are apart",
+        name: "bullet-differences".into(),
+        title: "How far the bullets are apart".into(),
         words: format!(
             "Distance between the same bullet (1 to 4) in the same member of a variant and of {}, over all recorded \
              times: quartiles, median, whiskers to the furthest value within 1.5 interquartile ranges, diamond for the \
@@ -200,8 +200,8 @@ fn difference_over_time(comparison: &Comparison) -> Figure {
         panel.marks.push(Mark::Dot { at: (at, distance), colour: *colour, shape: Dot::Full });
     }
     Figure {
-        name: "difference-over-time",
-        title: "Until when they tell the same story",
+        name: "difference-over-time".into(),
+        title: "Until when they tell the same story".into(),
         words: format!(
             "The largest of the four bullet differences: median over the members, and quartiles as a band. Where the \
              median reaches the trust distance ({} mm), marked by a dot, the trust horizon ends. Grey, dashed: members \
@@ -261,8 +261,8 @@ fn capture(comparison: &Comparison) -> Figure {
         first.keys = keys(comparison);
     }
     Figure {
-        name: "capture",
-        title: "Opening, enclosing, closing",
+        name: "capture".into(),
+        title: "Opening, enclosing, closing".into(),
         words: "Area of the quadrilateral of the bullets across the travelling direction, enclosed share of the \
                 target's volume, and vector area of the mouth; areas over the designed area of the net. Medians over \
                 the members, quartiles as bands."
@@ -283,8 +283,8 @@ fn closing(comparison: &Comparison) -> Figure {
         panels[0].keys = keys(comparison);
     }
     Figure {
-        name: "closing",
-        title: "How the mouth is closed",
+        name: "closing".into(),
+        title: "How the mouth is closed".into(),
         words: "Vector area of the mouth over the designed area of the net; closing thread off the reels, all threads \
                 together; largest tension of any thread since the frame before; work of the winches. Medians over the \
                 members, quartiles as bands."
@@ -322,8 +322,8 @@ fn contact_response(comparison: &Comparison) -> Figure {
         panels.push(panel);
     }
     Figure {
-        name: "contact-response",
-        title: "How contacts are answered",
+        name: "contact-response".into(),
+        title: "How contacts are answered".into(),
         words: "Largest impulse of one contact within a step, since the frame before: line for the median over the \
                 members, field up to the largest of any member. An impulse within a step grows with the step, a lasting \
                 force does not: between variants of different steps compare the force in the title."
@@ -382,8 +382,8 @@ fn energy(comparison: &Comparison) -> Figure {
         panels.push(panel);
     }
     Figure {
-        name: "energy",
-        title: "Energy",
+        name: "energy".into(),
+        title: "Energy".into(),
         words: "It falls a little while the net opens and drops at contacts. Below, medians of the ledger's rows: what \
                 net and target still have, and what cables and contact took. Nothing may be missing: the residual is \
                 what is nowhere in the ledger."
@@ -423,8 +423,8 @@ fn momentum(comparison: &Comparison) -> Figure {
     let worst =
         comparison.ran().filter_map(|(_, _, o)| Some(o.scalars.get("conservation.momentum_residual")?.max));
     Figure {
-        name: "momentum",
-        title: "Momentum",
+        name: "momentum".into(),
+        title: "Momentum".into(),
         words: format!(
             "Momentum of the net{}, medians over the members. Their sum changes only by what comes from outside (a held \
              target, effects); beyond that by at most {} of the launch momentum in any run.",
@@ -473,8 +473,8 @@ fn verdicts(comparison: &Comparison) -> Figure {
         })
     };
     Figure {
-        name: "verdicts",
-        title: "Captured?",
+        name: "verdicts".into(),
+        title: "Captured?".into(),
         words: "Share of the members whose target is captured, with its 95 % interval (Clopper-Pearson): variants \
                 whose intervals overlap widely are not told apart by so few members."
             .to_owned(),
@@ -512,8 +512,8 @@ fn wall_time(comparison: &Comparison) -> Figure {
     });
     let rows: Vec<Barred> = rows.collect();
     Figure {
-        name: "wall-time",
-        title: "What a run costs",
+        name: "wall-time".into(),
+        title: "What a run costs".into(),
         words: format!(
             "Wall time of the simulation alone: median over the members, whiskers from the least to the largest. {}",
             timing(comparison)

@@ -49,8 +49,8 @@ fn work_precision(study: &Study) -> Figure {
     let spared =
         if others::of(study).is_empty() { String::new() } else { format!(" Diamonds: {}.", others::SOURCE) };
     Figure {
-        name: "work-precision",
-        title: "What accuracy costs",
+        name: "work-precision".into(),
+        title: "What accuracy costs".into(),
         words: format!(
             "Each point is one setting: to the left it is cheaper, further down more accurate. The black line is the \
              front: nothing else is as cheap and as accurate. Rings mark settings that break a law of conservation or \
@@ -124,7 +124,7 @@ fn beside(number: usize) -> f64 {
 /// Errors over time, with the floor under them.
 fn trust(study: &Study) -> Figure {
     let Some(quality) = &study.reference else {
-        return Figure { name: "trust", title: "", words: String::new(), panels: Vec::new() };
+        return Figure { name: "trust".into(), title: "".into(), words: String::new(), panels: Vec::new() };
     };
     let curve = |values: &[f64]| -> Vec<(f64, f64)> {
         let pairs = quality.time_s.iter().copied().zip(values.iter().copied());
@@ -157,8 +157,8 @@ fn trust(study: &Study) -> Figure {
     let mut panel = Panel::of_curves(Axis::fixed("time [s]", 0.0, end), y, 400, marks);
     panel.keys = keys;
     Figure {
-        name: "trust",
-        title: "Until when a run can be trusted",
+        name: "trust".into(),
+        title: "Until when a run can be trusted".into(),
         words: format!(
             "Two integrators that share no code, {} and {} runs of each ({}; {}), agree on the bullets within {} until {} s; \
              single runs that start a nanometre apart do so until {} s, and after that no setting, however fine, is \
@@ -204,8 +204,8 @@ fn convergence(study: &Study) -> Figure {
         vec![panel]
     };
     Figure {
-        name: "convergence",
-        title: "How fast errors fall with the step",
+        name: "convergence".into(),
+        title: "How fast errors fall with the step".into(),
         words: format!(
             "Observed orders of convergence before first contact, by least squares over the points above the floor: {}. \
              The tension of a cable that goes taut jumps, so no method with fixed steps is above first order.",
@@ -265,8 +265,8 @@ fn verdicts(study: &Study) -> Figure {
         vec![first, Panel::of_rows("Quality", names, x, 26, indices)]
     };
     Figure {
-        name: "verdicts",
-        title: "After contact: distributions",
+        name: "verdicts".into(),
+        title: "After contact: distributions".into(),
         words: "Paths are chaotic after contact, so settings are compared by ensembles with the same perturbations: share \
                 captured with its exact 95 % interval, and quartiles of the quality index (thin lines: 95 % interval of \
                 the outer ones, where the members suffice). A setting agrees with the finest while its intervals \
@@ -281,8 +281,8 @@ fn stability(study: &Study) -> Figure {
     let panels: Vec<Panel> =
         study.maps.iter().filter(|map| !map.cells.is_empty()).map(stability_panel).collect();
     Figure {
-        name: "stability",
-        title: "Where a method is stable",
+        name: "stability".into(),
+        title: "Where a method is stable".into(),
         words: "Each field is one run of the free net up to its full opening, with all cables made softer or stiffer: \
                 green gains no energy, yellow a little, red is unstable. The explicit net has an analytic limit, \
                 h \u{3c9} < 2 (\u{221a}(1 + \u{3b6}\u{b2}) \u{2212} \u{3b6}) (black line), for the worst shape of the net: \

@@ -9,6 +9,15 @@ use crate::problems::Problems;
 /// A parameter's value at a point, or nothing where the scene's own stays.
 pub type Picks = Vec<Option<Pick>>;
 
+/// Where a point of a `one-at-a-time` study is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spot {
+    /// The combination of `crossed` values.
+    pub group: u64,
+    /// The parameter that is changed alone, and which of its values it has; nothing for the scene as it is.
+    pub changed: Option<(usize, u64)>,
+}
+
 /// The points of a study.
 #[derive(Clone, Debug)]
 pub struct Points {
@@ -43,12 +52,20 @@ impl Points {
                 format!("at most {most}"),
             );
         }
+        if design != (Design::OneAtATime {}) && parameters.iter().any(|parameter| parameter.crossed) {
+            problems.add(
+                "design.kind",
+                "another than \"one-at-a-time\", with a parameter that is `crossed`",
+                "\"one-at-a-time\", or no parameter that is `crossed`",
+            );
+        }
         let goes_through = matches!(design, Design::Grid {} | Design::OneAtATime {});
-        if goes_through && parameters.iter().all(|parameter| parameter.n_values().is_none()) {
+        let is_gone_through = |parameter: &Parameter| parameter.n_values().is_some() && !parameter.crossed;
+        if goes_through && !parameters.iter().any(is_gone_through) {
             problems.add(
                 "design.kind",
                 "a design that goes through lists, of which there is none",
-                "a parameter with values or a range; \"sobol\" or \"random\" for distributions alone",
+                "a parameter with values or a range that is not `crossed`; \"sobol\" or \"random\" for distributions alone",
             );
         }
         Points { design, seed, parameters, n_units }
@@ -66,8 +83,7 @@ impl Points {
         match self.design {
             Design::Sobol { points } | Design::Random { points } => Some(points),
             Design::Grid {} => lists.try_fold(1, u64::checked_mul),
-            // The scene as it is comes first.
-            Design::OneAtATime {} => lists.try_fold(1, u64::checked_add),
+            Design::OneAtATime {} => self.n_groups()?.checked_mul(self.n_in_group()?),
             Design::Saltelli { base } => base.checked_mul(self.n_units.len() as u64 + 2),
         }
     }
@@ -133,17 +149,59 @@ impl Points {
                 picks
             }
             Design::OneAtATime {} => {
-                let (mut left, mut next) = (point.checked_sub(1), units(self.seed, member, Stream::Study));
-                let pick = |parameter: &Parameter| {
+                let (spot, mut next) = (self.spot(point), units(self.seed, member, Stream::Study));
+                let crossed = self.crossed(spot.group);
+                let pick = |(number, parameter): (usize, &Parameter)| {
                     let drawn = parameter.draw(&mut next);
-                    let Some(n_values) = parameter.n_values() else { return Some(drawn) };
-                    let here = left?;
-                    left = here.checked_sub(n_values);
-                    parameter.value(here)
+                    let Some(_) = parameter.n_values() else { return Some(drawn) };
+                    let alone =
+                        || spot.changed.filter(|(changed, _)| *changed == number).map(|(_, value)| value);
+                    parameter.value(crossed[number].or_else(alone)?)
                 };
-                self.parameters.iter().map(pick).collect()
+                self.parameters.iter().enumerate().map(pick).collect()
             }
         }
+    }
+
+    /// How often a `one-at-a-time` study is repeated: once for each combination of `crossed` values.
+    pub fn n_groups(&self) -> Option<u64> {
+        let mut crossed = self.parameters.iter().filter(|parameter| parameter.crossed);
+        crossed.try_fold(1, |groups: u64, parameter| groups.checked_mul(parameter.n_values()?))
+    }
+
+    /// Points of a group: the scene as it is, and each value alone.
+    fn n_in_group(&self) -> Option<u64> {
+        let alone = self.parameters.iter().filter(|parameter| !parameter.crossed);
+        alone.filter_map(Parameter::n_values).try_fold(1, u64::checked_add)
+    }
+
+    /// Where `point` of a `one-at-a-time` study is.
+    pub fn spot(&self, point: u64) -> Spot {
+        let in_group = self.n_in_group().unwrap_or(1);
+        let (group, mut left) = (point / in_group, (point % in_group).checked_sub(1));
+        let mut changed = None;
+        for (number, parameter) in self.parameters.iter().enumerate().filter(|(_, one)| !one.crossed) {
+            let (Some(here), Some(n_values)) = (left, parameter.n_values()) else { continue };
+            left = here.checked_sub(n_values);
+            if left.is_none() {
+                changed = Some((number, here));
+            }
+        }
+        Spot { group, changed }
+    }
+
+    /// Which value each parameter has in `group`; none of those that are not `crossed`. The last one changes fastest.
+    pub fn crossed(&self, group: u64) -> Vec<Option<u64>> {
+        let mut left = group;
+        let value = |parameter: &Parameter| {
+            let n_values = parameter.n_values().filter(|_| parameter.crossed)?;
+            let value = left % n_values;
+            left /= n_values;
+            Some(value)
+        };
+        let mut values: Vec<Option<u64>> = self.parameters.iter().rev().map(value).collect();
+        values.reverse();
+        values
     }
 
     fn drawn(&self, mut next: impl FnMut() -> f64) -> Picks {
@@ -230,6 +288,30 @@ mod tests {
     }
 
     #[test]
+    fn what_is_crossed_repeats_the_whole_study() {
+        let mut written = two_lists();
+        written.as_array_mut().unwrap().push(json!({ "path": "c", "values": [7, 8], "crossed": true }));
+        written
+            .as_array_mut()
+            .unwrap()
+            .insert(0, json!({ "path": "d", "values": ["p", "q"], "crossed": true }));
+        let crossed = points(json!({ "kind": "one-at-a-time" }), written);
+        assert_eq!((crossed.count(), crossed.n_groups()), (Some(24), Some(4)));
+        let expected = [("p", 7), ("p", 8), ("q", 7), ("q", 8)];
+        for point in 0..24 {
+            let Spot { group, changed } = crossed.spot(point);
+            assert_eq!(group, point / 6);
+            let found = values(&crossed, point, point);
+            let (d, c) = expected[group as usize];
+            assert_eq!((&found[0], &found[3]), (&json!(d), &json!(c)), "point {point}");
+            let alone = [&found[1], &found[2]].iter().filter(|value| !value.is_null()).count();
+            assert_eq!(alone, usize::from(point % 6 > 0));
+            assert_eq!(changed.is_some(), point % 6 > 0);
+        }
+        assert_eq!(crossed.spot(9), Spot { group: 1, changed: Some((2, 0)) });
+    }
+
+    #[test]
     fn a_distribution_in_a_grid_is_drawn_for_every_member() {
         let both = json!([{ "path": "a", "values": [1, 2] }, { "path": "b", "uniform": [0, 1] }]);
         let grid = points(json!({ "kind": "grid" }), both.clone());
@@ -291,8 +373,18 @@ mod tests {
 
     #[test]
     fn a_design_without_anything_to_go_through_is_a_fault() {
-        let mut problems = Problems::new("test");
-        Points::new(Design::Grid {}, 1, Vec::new(), &[], &mut problems);
-        assert_eq!(problems.list.len(), 1);
+        let crossed = json!({ "path": "a", "values": [1, 2], "crossed": true });
+        let crossed: Varied = serde_json::from_value(crossed).unwrap();
+        for (design, varied, n_faults) in [
+            (Design::Grid {}, None, 1),
+            (Design::OneAtATime {}, Some(&crossed), 1),
+            (Design::Random { points: 3 }, Some(&crossed), 1),
+        ] {
+            let mut problems = Problems::new("test");
+            let parameters =
+                varied.and_then(|varied| Parameter::read(varied, &Own::Unknown, "p", &mut problems));
+            Points::new(design, 1, parameters.into_iter().collect(), &[], &mut problems);
+            assert_eq!(problems.list.len(), n_faults, "{problems}");
+        }
     }
 }

@@ -4,10 +4,12 @@
 //! nothing else: which thread, shard or machine runs it, in which order, and how often, changes no bit of its row. What
 //! depends on the machine, as wall times do, is in no row.
 
+pub mod dependency;
 pub mod design;
 pub mod logistic;
 pub mod map;
 pub mod outcome;
+mod published;
 pub mod sensitivity;
 pub mod spec;
 
@@ -163,6 +165,9 @@ impl Sweep {
             problems.add("design", format!("{found} members"), limits.allowed(Limit::Members));
         }
         let names = names(&spec, problems);
+        if whole {
+            published::check(&spec, &points, &names, problems);
+        }
         let (source, case) = (source?, case?);
         check_fold(&spec, &case, &limits, problems);
         if whole {
@@ -218,9 +223,11 @@ impl Sweep {
         }
     }
 
-    /// The key of rows made by `program`. How many points an open design has is no part of it: more may come.
+    /// The key of rows made by `program`. How many points an open design has is no part of it: more may come;
+    /// nor is what others published.
     fn key(&self, program: &str) -> String {
-        let mut spec = SweepSpec { title: String::new(), scene: String::new(), ..self.spec.clone() };
+        let (title, scene, published) = Default::default();
+        let mut spec = SweepSpec { title, scene, published, ..self.spec.clone() };
         if let Design::Sobol { points: n } | Design::Random { points: n } | Design::Saltelli { base: n } =
             &mut spec.design
         {

@@ -1,5 +1,7 @@
 //! The study as a user writes it: a scene, what varies in it and how, and how many members are run.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -50,6 +52,34 @@ pub struct SweepSpec {
     /// Numbers of the summary that the table has, by name or by block (`capture`, `contact.first_contact_s`); absent: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub collect: Option<Vec<String>>,
+    /// Numbers of others that `dependency` sets beside those of this study.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub published: Vec<Published>,
+}
+
+/// What others found of one parameter of a `one-at-a-time` study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// Where it stands: `Table 3.3`.
+    pub source: String,
+    /// Path of the parameter.
+    pub path: String,
+    /// Its starting value; absent: the first one of the study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<f64>,
+    /// The value it was changed to; absent: the last one of the study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<f64>,
+    /// For which values of `crossed` parameters it holds, as the table shows them, by path; absent: for all.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub at: BTreeMap<String, String>,
+    /// Dependency (Eq. 3.17) [%] by the name of a number of the summary.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub dependency_percent: BTreeMap<String, f64>,
+    /// Largest difference (Eq. 3.19) [%] from the first value of the only `crossed` parameter, by the same names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub difference_percent: BTreeMap<String, f64>,
 }
 
 impl SweepSpec {
@@ -66,7 +96,8 @@ impl SweepSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Design {
-    /// The scene as it is, then every value of one parameter after the other, the rest as the scene has it.
+    /// The scene as it is, then every value of one parameter after the other, the rest as the scene has it; all of
+    /// it for every value of the parameters that are `crossed`.
     /// Distributions are drawn anew for every member.
     OneAtATime {},
     /// Every value of each with every value of the others. Distributions are drawn anew for every member.
