@@ -79,6 +79,9 @@ fn a_deployment_of_one_member_is_compared_without_target_and_chaos() {
     assert!(base.get("own").is_none() && base.get("captured").is_none());
     assert!(other["against_base"]["over_chaos"].is_null());
     assert!(!out.path().join("verdicts.svg").exists() && out.path().join("capture.svg").exists());
+    // A table of free flights, with what a sub-step of twice the length costs beside one of the base.
+    let text = String::from_utf8(done.stdout.clone()).unwrap();
+    assert!(text.contains("travelling") && text.contains("sub-steps"), "{text}");
 }
 
 #[test]
