@@ -37,7 +37,8 @@ pub fn input_schema<T: JsonSchema>() -> Value {
 /// The schema that a user's `T` is checked against, and what checks it: made once, since a sweep reads a scene for each
 /// member.
 fn compiled<T: JsonSchema + 'static>() -> Arc<(Value, Validator)> {
-    static KNOWN: LazyLock<Mutex<HashMap<TypeId, Arc<(Value, Validator)>>>> = LazyLock::new(Mutex::default);
+    type Known = HashMap<TypeId, Arc<(Value, Validator)>>;
+    static KNOWN: LazyLock<Mutex<Known>> = LazyLock::new(Mutex::default);
     let mut known = KNOWN.lock().unwrap_or_else(|poison| poison.into_inner());
     let compile = || {
         let schema = input_schema::<T>();
