@@ -25,7 +25,8 @@ use crate::problems::Problems;
 use crate::run::Run;
 use crate::scene::Source;
 use crate::simulation::Simulation;
-use crate::solver::{CableModel, Flight, Integrator, Solver};
+use crate::solver::{Flight, Integrator, Solver};
+use crate::step;
 use crate::step::mass_spring::stability::stable_step;
 use crate::study::ensemble::{EnsembleRequest, perturbed};
 use crate::work::Work;
@@ -263,14 +264,14 @@ struct Candidate {
     cost: f64,
 }
 
-/// Settings of the flight until `end` [s], from the cheapest on: the scene's own step, halves of it, and with joints the
+/// Settings of the flight until `end` [s], from the cheapest on: the scene's own step, halves of it, and with cables of the engine the
 /// same with an explicit flight; without a target also explicit cables.
 fn candidates(source: &Source, own: &[String], base: &Case, end: f64) -> Vec<Candidate> {
-    let solver = &base.scene().solver;
+    let by_engine = !step::method(&base.scene().solver).acts_in_substeps();
     let (time_step, sample) = (base.time_step(), base.scene().output.sample_s.0);
     let mut settings: Vec<Vec<String>> = Vec::new();
     let halves = |step: f64| (0..=HALVINGS).map(move |n| two_digits(step / 2_f64.powi(n)));
-    if solver.cables == CableModel::Joints {
+    if by_engine {
         for flight in ["cables", "explicit"] {
             // There is no contact at which the engine could take over.
             if flight == "explicit" && base.target().is_none() {
@@ -288,7 +289,7 @@ fn candidates(source: &Source, own: &[String], base: &Case, end: f64) -> Vec<Can
             halves(step).map(|step| vec!["solver.substeps=1".to_owned(), format!("solver.step_s={step:e}")]),
         );
     }
-    if base.target().is_none() && solver.cables == CableModel::Joints {
+    if base.target().is_none() && by_engine {
         let mut explicit = source.clone();
         let changes =
             ["solver.cables=explicit", "solver.contact=impulse", "solver.step_s=null", "solver.substeps=1"];
