@@ -46,14 +46,6 @@ pub fn damping(damping_ratio: f64, knot_mass: f64, stiffness: f64) -> f64 {
     2.0 * damping_ratio * (knot_mass * stiffness).sqrt()
 }
 
-/// What spring and dashpot of a taut cable give together, k (r − l₀) + c ṙ (Eq. 3.3) [N]; below zero it would push.
-///
-/// By its numbers alone, for loops over arrays of them.
-#[inline(always)]
-pub fn taut_force(stiffness: f64, damping: f64, stretch: f64, stretch_rate: f64) -> f64 {
-    stiffness * stretch + damping * stretch_rate
-}
-
 impl Cable {
     /// Tension (Eq. 3.3) [N], positive when it pulls the ends together.
     ///
@@ -65,9 +57,9 @@ impl Cable {
         self.taut_force(length, stretch_rate).max(0.0)
     }
 
-    /// What the spring and dashpot of a taut cable give together [N]; see [`taut_force`].
+    /// What a taut cable's spring and dashpot give together, k (r − l₀) + c ṙ [N]; below zero it would push.
     pub fn taut_force(&self, length: f64, stretch_rate: f64) -> f64 {
-        taut_force(self.stiffness, self.damping, length - self.rest_length, stretch_rate)
+        self.stiffness * (length - self.rest_length) + self.damping * stretch_rate
     }
 
     /// Elastic energy [J]: U = k (r − l₀)² / 2 while r > l₀, else 0.
