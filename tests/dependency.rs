@@ -5,20 +5,12 @@ mod common;
 use std::path::Path;
 
 use common::below;
-use common::program::tumblenet;
+use common::program::{folder_with, printed, tumblenet, write_json};
 use serde_json::{Value, json};
 use tumblenet::limits::Limits;
 use tumblenet::study::sweep::Sweep;
 
 const AREA: &str = "deployment.max_area_m2";
-
-/// What the program printed, which must have ended well.
-#[track_caller]
-fn printed(folder: &Path, arguments: &[&str]) -> String {
-    let output = tumblenet(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
 
 /// A study of a tiny net that is still opening when it ends, in a folder of its own.
 fn folder(change: impl FnOnce(&mut Value)) -> tempfile::TempDir {
@@ -39,10 +31,7 @@ fn folder(change: impl FnOnce(&mut Value)) -> tempfile::TempDir {
         ]
     });
     change(&mut study);
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
-    std::fs::write(folder.path().join("study.json"), study.to_string()).unwrap();
-    folder
+    folder_with(&[("scene.json", &scene), ("study.json", &study)])
 }
 
 /// The rows of the table below `out`: each as its columns by name.
@@ -148,7 +137,7 @@ fn published_numbers_make_no_row_anew() {
     let mut study: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("study.json")).unwrap()).unwrap();
     study["published"] = json!([{ "source": "Table 1", "path": "launch.speed_m_s" }]);
-    std::fs::write(folder.path().join("study.json"), study.to_string()).unwrap();
+    write_json(folder.path(), "study.json", &study);
     assert_eq!(key("study.json"), without);
 }
 

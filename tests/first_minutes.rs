@@ -5,15 +5,8 @@ mod common;
 use std::path::Path;
 use std::process::Command;
 
-use common::program::{command, err, out, tumblenet, with_scene, write_scene};
+use common::program::{command, err, out, printed, tumblenet, with_scene, write_scene};
 use serde_json::{Value, json};
-
-/// What a command that succeeds prints.
-fn printed(folder: &Path, arguments: &[&str]) -> String {
-    let output = tumblenet(folder, arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", err(&output));
-    out(&output)
-}
 
 /// What is told of bad input.
 fn refused(folder: &Path, arguments: &[&str]) -> String {

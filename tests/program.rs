@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::program::{self, err, out, tumblenet};
+use common::program::{self, err, out, tumblenet, write_json};
 use serde_json::{Value, json};
 
 fn folder() -> tempfile::TempDir {
@@ -21,7 +21,7 @@ fn small_capture() -> Value {
 /// Writes the scene to `scene.json` in a new folder.
 fn with_scene(scene: &Value) -> tempfile::TempDir {
     let folder = folder();
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    write_json(folder.path(), "scene.json", &scene);
     folder
 }
 
@@ -292,7 +292,7 @@ fn a_run_that_creates_energy_ends_with_status_1_and_says_so() {
     assert!(folder.path().join("one/summary.json").exists());
     // Left to itself the program chooses an integrator that keeps it.
     scene["solver"]["integrator"] = json!("auto");
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    write_json(folder.path(), "scene.json", &scene);
     let output = tumblenet(folder.path(), &["run", "scene.json", "--out", "two"]);
     assert_eq!(output.status.code(), Some(0), "{}", err(&output));
 }
@@ -487,6 +487,6 @@ fn a_scene_may_name_its_schema() {
     let plain = hash();
     let mut scene = small_capture();
     scene["$schema"] = json!("scene.schema.json");
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    write_json(folder.path(), "scene.json", &scene);
     assert_eq!(hash(), plain, "the same scene");
 }

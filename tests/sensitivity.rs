@@ -3,9 +3,8 @@
 mod common;
 
 use std::f64::consts::PI;
-use std::path::Path;
 
-use common::program::tumblenet;
+use common::program::{folder_with, printed, tumblenet, write_json};
 use common::{small_scene, within};
 use serde_json::{Value, json};
 use tumblenet::parameter::spec::Varied;
@@ -99,30 +98,21 @@ fn what_does_not_vary_has_no_shares() {
     assert!(OutputShares::of(&vec![vec![1.0, 2.0, 1.0, 2.0]; 7], 1).is_none(), "too few");
 }
 
-#[track_caller]
-fn printed(folder: &Path, arguments: &[&str]) -> String {
-    let output = tumblenet(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
 /// Of a net in free flight: how far it travels is a matter of its speed, and not of the damping of its cables. One input is
 /// the study's, the others are uncertain in the scene.
 #[test]
 fn a_sweep_tells_what_matters() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let mut scene = small_scene();
     scene["duration_s"] = json!(0.05);
     scene["net"]["meshes"] = json!([2, 2]);
     scene["solver"] = json!({ "cables": "explicit", "contact": "impulse" });
     scene["uncertain"] = json!([{ "path": "launch.speed_m_s", "normal": { "relative": 0.1 } },
                                 { "path": "launch.bullets.aside_deg", "normal": { "sigma": 1 } }]);
-    std::fs::write(folder.join("scene.json"), scene.to_string()).unwrap();
     let mut study = json!({ "title": "t", "scene": "scene.json", "seed": 2,
         "parameters": [{ "path": "net.cable.damping_ratio", "uniform": [0.05, 0.2] }],
         "design": { "kind": "saltelli", "base": 16 } });
-    std::fs::write(folder.join("study.json"), study.to_string()).unwrap();
+    let folder = folder_with(&[("scene.json", &scene), ("study.json", &study)]);
+    let folder = folder.path();
     printed(folder, &["sweep", "study.json", "--out", "o"]);
     let text = printed(folder, &["sensitivity", "o", "--format", "json"]);
     let found: Value = serde_json::from_str(&text).unwrap();
@@ -148,11 +138,11 @@ fn a_sweep_tells_what_matters() {
     // More blocks leave those that are there; a design without blocks is refused.
     let short = std::fs::read_to_string(folder.join("o/table.csv")).unwrap();
     study["design"]["base"] = json!(17);
-    std::fs::write(folder.join("study.json"), study.to_string()).unwrap();
+    write_json(folder, "study.json", &study);
     printed(folder, &["sweep", "study.json", "--out", "o"]);
     assert!(std::fs::read_to_string(folder.join("o/table.csv")).unwrap().starts_with(&short));
     study["design"] = json!({ "kind": "random", "points": 2 });
-    std::fs::write(folder.join("study.json"), study.to_string()).unwrap();
+    write_json(folder, "study.json", &study);
     printed(folder, &["sweep", "study.json", "--out", "random"]);
     let refused = tumblenet(folder, &["sensitivity", "random"]);
     assert_eq!(refused.status.code(), Some(2));

@@ -5,27 +5,13 @@ mod common;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use common::program::{command, tumblenet};
+use common::program::{command, folder_with, printed, tiny_capture, tumblenet};
 use serde_json::{Value, json};
 use tumblenet::limits::Limits;
 use tumblenet::study::sweep::Sweep;
 
-/// What the program printed, which must have ended well.
-#[track_caller]
-fn printed(folder: &Path, arguments: &[&str]) -> String {
-    let output = tumblenet(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
 /// A study of a tiny net that meets a box within a few steps, in a folder of its own.
 fn folder(change: impl FnOnce(&mut Value)) -> tempfile::TempDir {
-    let mut scene = common::small_scene();
-    scene["duration_s"] = json!(0.12);
-    scene["net"]["meshes"] = json!([2, 2]);
-    scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.11, 0.25, 0.15] }] },
-        "distance_m": 0.15, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
-    scene["capture"] = json!({ "hold_s": 0.02 });
     let mut study = json!({
         "title": "a small study", "note": "nothing comes of it", "scene": "scene.json",
         "solver": "explicit+impulse",
@@ -38,10 +24,7 @@ fn folder(change: impl FnOnce(&mut Value)) -> tempfile::TempDir {
         "members": 2, "seed": 5
     });
     change(&mut study);
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
-    std::fs::write(folder.path().join("study.json"), study.to_string()).unwrap();
-    folder
+    folder_with(&[("scene.json", &tiny_capture()), ("study.json", &study)])
 }
 
 fn table(folder: &Path, out: &str) -> String {

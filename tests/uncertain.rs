@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::program::tumblenet;
+use common::program::{folder_with, printed, tiny_capture, tumblenet, write_json};
 use common::{below, case_of, small_scene, source_of, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
@@ -13,12 +13,7 @@ use tumblenet::study::ensemble::{self, EnsembleRequest};
 
 /// A tiny net that meets a box within a few steps.
 fn scene(uncertain: Value) -> Value {
-    let mut scene = small_scene();
-    scene["duration_s"] = json!(0.12);
-    scene["net"]["meshes"] = json!([2, 2]);
-    scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.11, 0.25, 0.15] }] },
-        "distance_m": 0.15, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
-    scene["capture"] = json!({ "hold_s": 0.02 });
+    let mut scene = tiny_capture();
     scene["solver"] = json!({ "cables": "explicit", "contact": "impulse" });
     scene["uncertain"] = uncertain;
     scene
@@ -200,16 +195,7 @@ fn a_bullet_flies_as_it_deviates() {
 
 /// Written into a folder of its own.
 fn folder(scene: &Value) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
-    folder
-}
-
-#[track_caller]
-fn printed(folder: &Path, arguments: &[&str]) -> String {
-    let output = tumblenet(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    folder_with(&[("scene.json", scene)])
 }
 
 fn json_of(path: &Path) -> Value {
@@ -249,7 +235,7 @@ fn a_sweep_draws_what_is_uncertain_about_each_of_its_points() {
     let mut study = json!({ "title": "t", "scene": "scene.json", "members": 3, "seed": 5,
         "parameters": [{ "path": "launch.speed_m_s", "values": [1, 3] }],
         "design": { "kind": "grid" } });
-    std::fs::write(folder.join("study.json"), study.to_string()).unwrap();
+    write_json(folder, "study.json", &study);
     printed(folder, &["sweep", "study.json", "--out", "one", "--jobs", "1"]);
     let table = std::fs::read_to_string(folder.join("one/table.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(table.as_bytes());
@@ -279,7 +265,7 @@ fn a_sweep_draws_what_is_uncertain_about_each_of_its_points() {
 
     // A parameter that would be drawn over, and nothing that varies.
     study["parameters"] = json!([{ "path": "target.mass_kg", "values": [1] }]);
-    std::fs::write(folder.join("study.json"), study.to_string()).unwrap();
+    write_json(folder, "study.json", &study);
     let refused = tumblenet(folder, &["sweep", "study.json"]);
     let told = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert_eq!(refused.status.code(), Some(2), "{told}");
@@ -289,10 +275,10 @@ fn a_sweep_draws_what_is_uncertain_about_each_of_its_points() {
     );
     study["parameters"] = json!([]);
     study["design"] = json!({ "kind": "random", "points": 2 });
-    std::fs::write(folder.join("study.json"), study.to_string()).unwrap();
+    write_json(folder, "study.json", &study);
     printed(folder, &["sweep", "study.json", "--out", "three"]);
     study["set"] = json!({ "uncertain": null });
-    std::fs::write(folder.join("study.json"), study.to_string()).unwrap();
+    write_json(folder, "study.json", &study);
     let refused = tumblenet(folder, &["sweep", "study.json"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("parameters: found none"));

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::tumblenet;
+use common::program::{tumblenet, write_json};
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::metrics::verdict::Verdict;
@@ -74,7 +74,7 @@ fn a_member_is_run_again_to_the_bit_and_the_pages_say_how() {
     scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.08, 0.25, 0.15] }] },
         "distance_m": 0.2, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
     scene["capture"] = json!({ "hold_s": 0.1 });
-    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    write_json(folder.path(), "scene.json", &scene);
     let all = tumblenet(
         folder.path(),
         &["run", "scene.json", "--ensemble", "3", "--out", "e", "--replay", "first-missed"],

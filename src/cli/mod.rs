@@ -11,6 +11,7 @@ mod map;
 mod members;
 mod new;
 mod reading;
+mod reported;
 mod run;
 mod sensitivity;
 mod show;

@@ -89,14 +89,14 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
             print(&report::missing(&plan, &kept, *shards))
         }
         Some(Task::Merge { place, partial }) => {
-            let (plan, mut kept) = kept(&place.folder)?;
+            let (plan, kept) = kept(&place.folder)?;
             let missing = report::missing(&plan, &kept, None);
             if !missing.is_empty() && !partial {
                 return Err(Error::Expectation(format!(
                     "no rows of members {missing} (--partial merges the others)"
                 )));
             }
-            let result = report::merge(&place.folder, &plan, &mut kept)?;
+            let result = report::merge(&place.folder, &plan, &kept)?;
             tell(&result, place.format, Some(&place.folder))
         }
         None => begin(arguments),
@@ -139,10 +139,10 @@ fn begin(arguments: &Arguments) -> Result<(), Error> {
     let shard = arguments.shard.unwrap_or(Shard::ALL);
     let done = go_on(&sweep, &plan, &keeper, shard, &out)?;
     stage("writing");
-    let mut kept = KeptRows::read(&out, &plan);
+    let kept = KeptRows::read(&out, &plan);
     let is_whole = kept.rows.len() as u64 == plan.members;
     if arguments.shard.is_none() && is_whole {
-        let result = report::merge(&out, &plan, &mut kept)?;
+        let result = report::merge(&out, &plan, &kept)?;
         tell(&result, arguments.format, Some(&out))?;
         return any_finished(&result);
     }

@@ -7,16 +7,16 @@ use crate::study::sweep::outcome::{MapOutcome, MemberEnd};
 
 /// Columns of a table that numbers are read from.
 pub struct NumberColumns {
-    numbers: Vec<usize>,
+    columns: Vec<usize>,
 }
 
 impl NumberColumns {
     /// The columns `names` of `plan`, in their order; those that are not there are faults of `place`.
     pub fn find(plan: &SweepPlan, names: &[&str], place: &str, problems: &mut Problems) -> NumberColumns {
-        let mut numbers = Vec::new();
+        let mut found = Vec::new();
         for &name in names {
             match plan.columns.iter().position(|known| known == name) {
-                Some(column) => numbers.push(column),
+                Some(column) => found.push(column),
                 None => {
                     let meant = did_you_mean(name, plan.columns.iter().map(String::as_str));
                     let columns = plan.columns.join(", ");
@@ -24,16 +24,16 @@ impl NumberColumns {
                 }
             }
         }
-        NumberColumns { numbers }
+        NumberColumns { columns: found }
     }
 
     /// The numbers of `row`, none where there is no number; nothing where it cannot be read, which is a fault.
-    pub fn of(
-        &self,
-        kept: &mut KeptRows,
-        row: &KeptRow,
-        problems: &mut Problems,
-    ) -> Option<Vec<Option<f64>>> {
+    pub fn of(&self, kept: &KeptRows, row: &KeptRow, problems: &mut Problems) -> Option<Vec<Option<f64>>> {
+        Some(self.cells(kept, row, problems)?.iter().map(|text| number(text)).collect())
+    }
+
+    /// The texts of `row` in these columns; nothing where it cannot be read, which is a fault.
+    pub fn cells(&self, kept: &KeptRows, row: &KeptRow, problems: &mut Problems) -> Option<Vec<String>> {
         let line = match kept.line_of(row) {
             Ok(line) => fields(&line),
             Err(error) => {
@@ -41,12 +41,15 @@ impl NumberColumns {
                 return None;
             }
         };
-        let number = |column: &usize| {
-            let text = std::str::from_utf8(line.get(*column)?).ok()?;
-            text.parse::<f64>().ok().filter(|value| value.is_finite())
-        };
-        Some(self.numbers.iter().map(number).collect())
+        let text =
+            |&column: &usize| String::from_utf8_lossy(line.get(column).unwrap_or_default()).into_owned();
+        Some(self.columns.iter().map(text).collect())
     }
+}
+
+/// The number that a cell of a table holds.
+pub fn number(text: &str) -> Option<f64> {
+    text.parse::<f64>().ok().filter(|value| value.is_finite())
 }
 
 impl MapOutcome {

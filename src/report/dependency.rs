@@ -8,59 +8,45 @@ use std::path::Path;
 
 use comfy_table::{Cell, CellAlignment};
 
+use super::columns::{self, NumberColumns};
 use super::files::{self, WriteError};
 use super::page::{self, Figure};
 use super::plots::{Axis, Dot, Key, Mark, Panel, Swatch, colour, dashed};
 use super::results;
-use super::rows::{KeptRows, fields, line};
+use super::rows::{KeptRows, line};
 use super::text_table::TextTable;
-use crate::problems::{Problems, did_you_mean};
+use crate::problems::Problems;
 use crate::study::sweep::SweepPlan;
 use crate::study::sweep::dependency::{DEPLOYMENT, Dependencies, Dependency, Observed, OverParameter};
 
-/// The columns of `plan` that are asked for: those of deployment where none is.
-///
-/// # Errors
-/// A column that is not there.
-pub fn columns(plan: &SweepPlan, of: Option<&[String]>) -> Result<Vec<String>, Problems> {
-    let names = of.map_or_else(|| DEPLOYMENT.map(str::to_owned).to_vec(), <[String]>::to_vec);
-    let mut problems = Problems::new("--of");
-    for name in names.iter().filter(|name| !plan.columns.contains(name)) {
-        let meant = did_you_mean(name, plan.columns.iter().map(String::as_str));
-        problems.add("", name, format!("{meant}Columns of the table: {}", plan.columns.join(", ")));
-    }
-    problems.into_result(Some(names))
+/// The columns that are asked for: those of deployment where none is.
+pub fn names(of: Option<&[String]>) -> Vec<String> {
+    of.map_or_else(|| DEPLOYMENT.map(str::to_owned).to_vec(), <[String]>::to_vec)
 }
 
 /// The members among `kept` that did not fail, with their numbers in the columns `names`.
 ///
 /// # Errors
-/// A column without numbers; no member at all; a file that cannot be read.
-pub fn observed(plan: &SweepPlan, kept: &mut KeptRows, names: &[String]) -> Result<Vec<Observed>, Problems> {
+/// A column that is not there or without numbers; no member at all; a file that cannot be read.
+pub fn observed(plan: &SweepPlan, kept: &KeptRows, names: &[String]) -> Result<Vec<Observed>, Problems> {
     let mut problems = Problems::new("--of");
-    let column = |name: &str| plan.columns.iter().position(|known| known == name);
-    let columns: Vec<Option<usize>> = names.iter().map(|name| column(name)).collect();
+    let asked: Vec<&str> = names.iter().map(String::as_str).chain(["point"]).collect();
+    let columns = NumberColumns::find(plan, &asked, "", &mut problems);
     let mut observed = Vec::new();
-    for (member, row) in kept.rows.clone().into_iter().filter(|(_, row)| !row.failed) {
-        let line = match kept.line_of(&row) {
-            Ok(line) => fields(&line),
-            Err(error) => {
-                problems.add("", error.to_string(), "rows that can be read");
-                break;
-            }
-        };
-        let text = |column: usize| String::from_utf8_lossy(line.get(column).unwrap_or_default()).into_owned();
-        let mut numbers = Vec::new();
-        for (name, &column) in names.iter().zip(&columns) {
-            let text = column.map(text).unwrap_or_default();
-            let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+    for (&member, row) in &kept.rows {
+        if row.failed || !problems.list.is_empty() {
+            continue;
+        }
+        let Some(cells) = columns.cells(kept, row, &mut problems) else { break };
+        let numbers: Vec<Option<f64>> = cells.iter().map(|text| columns::number(text)).collect();
+        let (numbers, point) = numbers.split_at(names.len());
+        for ((name, text), number) in names.iter().zip(&cells).zip(numbers) {
             if number.is_none() && !text.is_empty() {
                 problems.add(name, format!("{text:?} of member {member}"), "a column of numbers");
             }
-            numbers.push(number);
         }
-        let point = column("point").map(text).and_then(|text| text.parse().ok());
-        observed.push(Observed { point: point.unwrap_or(member / plan.study.members), numbers });
+        let point = point[0].map_or(member / plan.study.members, |point| point as u64);
+        observed.push(Observed { point, numbers: numbers.to_vec() });
     }
     if problems.list.is_empty() && observed.is_empty() {
         problems.add("", "no member that was finished", "a sweep of which something is finished");

@@ -53,11 +53,7 @@ impl MapRequest {
     ///
     /// # Errors
     /// Columns that are not there or hold no numbers; nothing that is decided; a file that cannot be read.
-    pub fn fill(
-        &self,
-        plan: &SweepPlan,
-        kept: &mut KeptRows,
-    ) -> Result<(CaptureMap, Vec<MapSample>), Problems> {
+    pub fn fill(&self, plan: &SweepPlan, kept: &KeptRows) -> Result<(CaptureMap, Vec<MapSample>), Problems> {
         let mut problems = Problems::new("map");
         let most = LETTERS.len();
         if !(1..=most).contains(&self.over.len()) {
@@ -68,11 +64,11 @@ impl MapRequest {
         let names: Vec<&str> = self.over.iter().chain(&told).map(String::as_str).chain(["point"]).collect();
         let columns = NumberColumns::find(plan, &names, "--over", &mut problems);
         let (mut samples, mut undecided) = (Vec::new(), 0);
-        for (member, row) in kept.rows.clone() {
+        for (&member, row) in &kept.rows {
             if row.captured.is_none() || !problems.list.is_empty() {
                 continue;
             }
-            let Some(values) = columns.of(kept, &row, &mut problems) else { break };
+            let Some(values) = columns.of(kept, row, &mut problems) else { break };
             let (at, rest) = values.split_at(self.over.len());
             let (ends, point) = rest.split_at(told.len());
             let at: Vec<f64> = at
@@ -85,7 +81,7 @@ impl MapRequest {
                     })
                 })
                 .collect();
-            match self.outcome.of_row(&row, ends, plan) {
+            match self.outcome.of_row(row, ends, plan) {
                 Some(came) => {
                     let point = point[0].map_or(member, |point| point as u64);
                     samples.push(MapSample { point, at, came });

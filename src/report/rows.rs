@@ -4,6 +4,7 @@
 //! thousand; then comes the next. A file's name is the hash of its content: machines that write the same rows write the
 //! same file, and one that was damaged gives itself away. Rows that are there twice are the same, or the table is refused.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -163,7 +164,7 @@ pub struct KeptRows {
     /// Members of whom there are two different rows, with the file that differs from one before.
     pub contradicted: Vec<(u64, PathBuf)>,
     /// The last file that was read again.
-    open: Option<(usize, Vec<u8>)>,
+    open: RefCell<Option<(usize, Vec<u8>)>>,
 }
 
 /// Where columns are that say how a member ended.
@@ -242,13 +243,14 @@ impl KeptRows {
     ///
     /// # Errors
     /// Its file has changed since.
-    pub fn line_of(&mut self, row: &KeptRow) -> Result<Vec<u8>, WriteError> {
-        if self.open.as_ref().is_none_or(|(file, _)| *file != row.file) {
+    pub fn line_of(&self, row: &KeptRow) -> Result<Vec<u8>, WriteError> {
+        let mut open = self.open.borrow_mut();
+        if open.as_ref().is_none_or(|(file, _)| *file != row.file) {
             let path = &self.files[row.file];
             let text = limits::read_file(path, MOST_BYTES).map_err(|error| WriteError::new(path, error))?;
-            self.open = Some((row.file, text));
+            *open = Some((row.file, text));
         }
-        let bytes = self.open.as_ref().and_then(|(_, text)| text.get(row.from..row.to));
+        let bytes = open.as_ref().and_then(|(_, text)| text.get(row.from..row.to));
         bytes
             .map(<[u8]>::to_vec)
             .ok_or_else(|| WriteError::new(&self.files[row.file], "it was changed while it was read"))

@@ -29,7 +29,7 @@ const NOTES: &str = "<p>Shares of the variance, alone / total with its 95 % inte
 ///
 /// # Errors
 /// A design without blocks; columns that are not there; a file that cannot be read.
-pub fn find(plan: &SweepPlan, kept: &mut KeptRows, outcome: MapOutcome) -> Result<Sensitivity, Problems> {
+pub fn find(plan: &SweepPlan, kept: &KeptRows, outcome: MapOutcome) -> Result<Sensitivity, Problems> {
     let mut problems = Problems::new("sensitivity");
     if !matches!(plan.study.design, Design::Saltelli { .. }) {
         problems.add("design.kind", "a design without blocks", "\"saltelli\"");
@@ -44,13 +44,13 @@ pub fn find(plan: &SweepPlan, kept: &mut KeptRows, outcome: MapOutcome) -> Resul
     let columns = NumberColumns::find(plan, &names, "--outcome", &mut problems);
     let mut came = BTreeMap::new();
     let mut values: BTreeMap<String, BTreeMap<u64, f64>> = BTreeMap::new();
-    for (member, row) in kept.rows.clone() {
+    for (&member, row) in &kept.rows {
         if row.failed || !problems.list.is_empty() {
             continue;
         }
-        let Some(numbers) = columns.of(kept, &row, &mut problems) else { break };
+        let Some(numbers) = columns.of(kept, row, &mut problems) else { break };
         let (ends, numbers) = numbers.split_at(told.len());
-        if let Some(is_so) = outcome.of_row(&row, ends, plan) {
+        if let Some(is_so) = outcome.of_row(row, ends, plan) {
             came.insert(member, f64::from(u8::from(is_so)));
         }
         for (name, value) in scalars.iter().zip(numbers) {

@@ -96,15 +96,14 @@ pub fn read_plan(out: &Path) -> Result<SweepPlan, String> {
 ///
 /// # Errors
 /// Two rows of a member differ; a file cannot be read or written.
-pub fn merge(out: &Path, plan: &SweepPlan, kept: &mut KeptRows) -> Result<SweepResult, WriteError> {
+pub fn merge(out: &Path, plan: &SweepPlan, kept: &KeptRows) -> Result<SweepResult, WriteError> {
     if let Some((member, path)) = kept.contradicted.first() {
         let reason =
             format!("its row of member {member} is not that of another file: remove the wrong one of them");
         return Err(WriteError::new(path, reason));
     }
     let mut is_filled = vec![false; plan.columns.len()];
-    let rows: Vec<_> = kept.rows.values().cloned().collect();
-    for row in &rows {
+    for row in kept.rows.values() {
         let line = kept.line_of(row)?;
         for (filled, field) in is_filled.iter_mut().zip(&fields(&line)) {
             *filled |= !field.is_empty();
@@ -120,7 +119,7 @@ pub fn merge(out: &Path, plan: &SweepPlan, kept: &mut KeptRows) -> Result<SweepR
         let header = csv::ByteRecord::from(plan.columns.iter().map(String::as_bytes).collect::<Vec<_>>());
         let told = |error: std::io::Error| error.to_string();
         file.write_all(&line(&chosen(&header))).map_err(told)?;
-        for row in &rows {
+        for row in kept.rows.values() {
             let row = kept.line_of(row).map_err(|error| error.to_string())?;
             file.write_all(&line(&chosen(&fields(&row)))).map_err(told)?;
         }

@@ -284,18 +284,23 @@ fn flight(
     request: &StudyRequest,
     seconds: f64,
 ) -> reference::ReferenceRequest {
-    let sample = base.scene().output.sample_s.0;
-    let duration = base.scene().duration_s.0;
-    let end = first_contact.map_or(duration, |contact| (contact - sample).max(sample));
-    let frames = (end / sample + 1e-6).floor() as usize;
     reference::ReferenceRequest {
-        times: (0..=frames).map(|frame| frame as f64 * sample).collect(),
+        times: flight_times(base, first_contact),
         whole: first_contact.is_none() && base.target().is_none(),
         first_contact,
         seed: request.seed,
         seconds,
         at: request.at_s,
     }
+}
+
+/// Times of the frames before `first_contact` [s]; of all where there is none.
+fn flight_times(base: &Case, first_contact: Option<f64>) -> Vec<f64> {
+    let sample = base.scene().output.sample_s.0;
+    let duration = base.scene().duration_s.0;
+    let end = first_contact.map_or(duration, |contact| (contact - sample).max(sample));
+    let frames = (end / sample + 1e-6).floor() as usize;
+    (0..=frames).map(|frame| frame as f64 * sample).collect()
 }
 
 fn knot_radius(case: &Case) -> f64 {

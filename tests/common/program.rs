@@ -28,6 +28,39 @@ pub fn err(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
+/// What it printed, where it must have ended well.
+#[track_caller]
+pub fn printed(folder: &Path, arguments: &[&str]) -> String {
+    let output = tumblenet(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", err(&output));
+    out(&output)
+}
+
+/// The smallest capture: a net of 2 x 2 meshes that meets a box within a few steps.
+pub fn tiny_capture() -> Value {
+    let mut scene = super::small_scene();
+    scene["duration_s"] = json!(0.12);
+    scene["net"]["meshes"] = json!([2, 2]);
+    scene["target"] = json!({ "shape": { "parts": [{ "cuboid": [0.11, 0.25, 0.15] }] },
+        "distance_m": 0.15, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0] });
+    scene["capture"] = json!({ "hold_s": 0.02 });
+    scene
+}
+
+/// A folder with each of `files`, JSON by its name.
+pub fn folder_with(files: &[(&str, &Value)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, value) in files {
+        write_json(folder.path(), name, value);
+    }
+    folder
+}
+
+/// Writes `value` to the file `name` in `folder`.
+pub fn write_json(folder: &Path, name: &str, value: &Value) {
+    std::fs::write(folder.join(name), value.to_string()).unwrap();
+}
+
 /// A capture that takes a blink: a net of 3 x 3 meshes around a box thicker than a mesh is wide, so that a run has
 /// nothing to warn of.
 pub fn small_capture() -> Value {
@@ -43,7 +76,7 @@ pub fn small_capture() -> Value {
 pub fn write_scene(folder: &Path, change: impl FnOnce(&mut Value)) {
     let mut scene = small_capture();
     change(&mut scene);
-    std::fs::write(folder.join("scene.json"), scene.to_string()).unwrap();
+    write_json(folder, "scene.json", &scene);
 }
 
 /// The same in a new folder.

@@ -12,13 +12,11 @@
 //! 1e-4 m; the located integrator itself costs ten times as much, more than a calibration may, and is changed by 1e-5 m
 //! at 0.5 s and by 1e-3 m at 0.8 s where its start is changed by rounding.
 
-use nalgebra::Vector3;
-
 use super::accuracy::Accuracy;
 use super::budget::{self, Budget};
 use super::dials::{explicit_changes, two_digits};
-use super::reference::{PERTURB, at_times, largest};
-use super::{Error, StudyRequest, advice, flight, studied};
+use super::reference::{KnotFrames, PERTURB, at_times, bullets_apart, largest};
+use super::{Error, advice, flight_times, studied};
 use crate::case::Case;
 use crate::failure::Failure;
 use crate::problems::Problems;
@@ -128,7 +126,7 @@ pub fn calibrate(source: &Source, own: &[String], accuracy: Accuracy) -> Result<
         }
         budget.spend(cost);
         let Ok(run) = Run::of(&case, |_| {}) else { continue };
-        let apart = fine.apart(&run);
+        let apart = bullets_apart(&run, &fine.times, &fine.knots, &fine.bullets);
         // A step that has no frames at these times cannot be compared.
         let Some(apart) = apart.get(..until) else { continue };
         measured += 1;
@@ -164,7 +162,7 @@ struct FineFlight {
     times: Vec<f64>,
     bullets: [usize; 4],
     /// Positions of all knots, frame by frame [m].
-    knots: Vec<Vec<Vector3<f64>>>,
+    knots: KnotFrames,
     /// How well the bullets are known so far, frame by frame [m].
     floor: Vec<f64>,
     /// What it cost [s].
@@ -174,14 +172,23 @@ struct FineFlight {
 impl FineFlight {
     /// The flight of `base`, the case of `source`, with the finest step that `seconds` pay for.
     fn of(source: &Source, base: &Case, wanted: f64, seconds: f64) -> Result<FineFlight, Error> {
-        let asked = StudyRequest { budget_s: seconds, seed: 1, at_s: None };
-        let times = flight(base, first_contact(source, base)?, &asked, seconds).times;
+        let times = flight_times(base, first_contact(source, base)?);
         let end = times[times.len() - 1];
         let solver =
             Solver { integrator: Integrator::Secant, ..base.scene().solver.with_pair("explicit+impulse") };
         let paid = budget::shortest_step(base.net(), end, &solver, seconds / (2.0 + 1.0 / COARSER));
         let stable = stable_step(base.net());
         let step = paid.max(FINEST * stable);
+        let unpaid = || {
+            let rule = format!(
+                "no accuracy: {} of processor time do not pay for a flight of this scene that is known better than a run",
+                advice::seconds(seconds)
+            );
+            refused(wanted, rule)
+        };
+        if step > FINE * stable {
+            return Err(unpaid());
+        }
         let of = |step: f64, member: usize| {
             let changes = explicit_changes(Integrator::Secant, two_digits(step));
             let candidate = candidate(source, &[], changes, end)?;
@@ -193,12 +200,8 @@ impl FineFlight {
         let flights = [(step, 0), (step, 1), (COARSER * step, 0)].map(|(step, member)| of(step, member));
         let all: Vec<_> = flights.into_iter().flatten().collect();
         let frames = all.iter().map(|(knots, _)| knots.len()).min().unwrap_or(0);
-        if step > FINE * stable || all.len() < 3 || frames < times.len() {
-            let rule = format!(
-                "no accuracy: {} of processor time do not pay for a flight of this scene that is known better than a run",
-                advice::seconds(seconds)
-            );
-            return Err(refused(wanted, rule));
+        if all.len() < 3 || frames < times.len() {
+            return Err(unpaid());
         }
         let bullets = base.net().bullets;
         let mut so_far = 0.0_f64;
@@ -227,12 +230,6 @@ impl FineFlight {
         );
         Err(refused(wanted, rule))
     }
-
-    /// Largest distance of a bullet of `run`, frame by frame [m].
-    fn apart(&self, run: &Run) -> Vec<f64> {
-        let found = at_times(run, &self.times);
-        found.iter().zip(&self.knots).map(|(found, there)| largest(found, there, &self.bullets)).collect()
-    }
 }
 
 /// When net and target touch first [s]; nothing without contact.
@@ -240,11 +237,7 @@ fn first_contact(source: &Source, base: &Case) -> Result<Option<f64>, Failure> {
     if base.target().is_none() {
         return Ok(None);
     }
-    let mut quick = source.clone();
-    let changes =
-        ["solver.cables=explicit", "solver.contact=impulse", "solver.step_s=null", "solver.substeps=1"];
-    let set = quick.set(&changes.map(str::to_owned));
-    let quick = set.and_then(|()| Case::build(&quick));
+    let quick = with_explicit_cables(source);
     let mut simulation = Simulation::new(quick.as_ref().unwrap_or(base));
     while simulation.state.time < base.scene().duration_s.0 {
         simulation.step()?;
@@ -253,6 +246,15 @@ fn first_contact(source: &Source, base: &Case) -> Result<Option<f64>, Failure> {
         }
     }
     Ok(None)
+}
+
+/// The scene with explicit cables at their own step; nothing where that is refused.
+fn with_explicit_cables(source: &Source) -> Option<Case> {
+    let mut explicit = source.clone();
+    let changes =
+        ["solver.cables=explicit", "solver.contact=impulse", "solver.step_s=null", "solver.substeps=1"];
+    explicit.set(&changes.map(str::to_owned)).ok()?;
+    Case::build_point(&explicit).ok()
 }
 
 /// A setting to try.
@@ -264,8 +266,8 @@ struct Candidate {
     cost: f64,
 }
 
-/// Settings of the flight until `end` [s], from the cheapest on: the scene's own step, halves of it, and with cables of the engine the
-/// same with an explicit flight; without a target also explicit cables.
+/// Settings of the flight until `end` [s], from the cheapest on: the scene's own step, halves of it, and with cables
+/// of the engine the same with an explicit flight; without a target also explicit cables.
 fn candidates(source: &Source, own: &[String], base: &Case, end: f64) -> Vec<Candidate> {
     let by_engine = !step::method(&base.scene().solver).acts_in_substeps();
     let (time_step, sample) = (base.time_step(), base.scene().output.sample_s.0);
@@ -289,14 +291,12 @@ fn candidates(source: &Source, own: &[String], base: &Case, end: f64) -> Vec<Can
             halves(step).map(|step| vec!["solver.substeps=1".to_owned(), format!("solver.step_s={step:e}")]),
         );
     }
-    if base.target().is_none() && by_engine {
-        let mut explicit = source.clone();
-        let changes =
-            ["solver.cables=explicit", "solver.contact=impulse", "solver.step_s=null", "solver.substeps=1"];
-        if let Ok(case) = explicit.set(&changes.map(str::to_owned)).and_then(|()| Case::build(&explicit)) {
-            let step = case.time_step().step / f64::from(case.time_step().substeps);
-            settings.extend(halves(step).map(|step| explicit_changes(Integrator::Symplectic, step)));
-        }
+    if base.target().is_none()
+        && by_engine
+        && let Some(case) = with_explicit_cables(source)
+    {
+        let step = case.time_step().step / f64::from(case.time_step().substeps);
+        settings.extend(halves(step).map(|step| explicit_changes(Integrator::Symplectic, step)));
     }
     // The scene as written first.
     settings.insert(0, Vec::new());
@@ -329,19 +329,16 @@ fn candidate(source: &Source, own: &[String], changes: Vec<String>, end: f64) ->
     if let Some(sample) = sample {
         flown.set(&[format!("output.sample_s={sample}")]).ok()?;
     }
-    let case = Case::build(&flown).ok()?;
-    let mut priced = case.clone();
-    if case.scene().solver.flight == Flight::Explicit {
+    let case = Case::build_point(&flown).ok()?;
+    let forecast = |case: &Case| budget::forecast(case, &Work::default());
+    let cost = if case.scene().solver.flight == Flight::Explicit {
         // Until the first contact that is all there is.
-        flown
-            .set(
-                &["solver.cables=explicit", "solver.contact=impulse", "solver.flight=cables"]
-                    .map(str::to_owned),
-            )
-            .ok()?;
-        priced = Case::build(&flown).ok()?;
-    }
-    let cost = budget::forecast(&priced, &Work::default());
+        let explicit = ["solver.cables=explicit", "solver.contact=impulse", "solver.flight=cables"];
+        flown.set(&explicit.map(str::to_owned)).ok()?;
+        forecast(&Case::build_point(&flown).ok()?)
+    } else {
+        forecast(&case)
+    };
     Some(Candidate { changes, case, cost })
 }
 

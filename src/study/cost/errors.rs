@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::reference::{Reference, at_times};
+use super::reference::{Reference, at_times, bullets_apart};
 use crate::case::Case;
 use crate::metrics::capture::Curves;
 use crate::metrics::conservation::Conservation;
@@ -135,7 +135,7 @@ impl Evaluation {
                 let of = |knots: &[usize]| distance(&found, reference, knots, frames);
                 Some(Apart { bullets: of(&reference.bullets)?, knots: of(&grid)? })
             });
-            (apart.collect(), reference.bullets_apart(run))
+            (apart.collect(), bullets_apart(run, &reference.times, &reference.knots, &reference.bullets))
         });
         Evaluation {
             apart,

@@ -347,12 +347,6 @@ impl Reference {
         })
     }
 
-    /// Largest distance of a bullet of `run`, frame by frame [m]; as many as `run` has.
-    pub fn bullets_apart(&self, run: &Run) -> Vec<f64> {
-        let found = at_times(run, &self.times);
-        found.iter().zip(&self.knots).map(|(found, there)| largest(found, there, &self.bullets)).collect()
-    }
-
     /// Frames up to the end of each window.
     pub fn window_frames(&self) -> Vec<usize> {
         let frames = |window: &Window| self.times.partition_point(|time| *time <= window.end_s + 1e-9);
@@ -368,6 +362,13 @@ fn mean(members: &[ReferenceRun], frames: usize) -> KnotFrames {
             (0..n_knots).map(|knot| members.iter().map(|m| share * m.knots[frame][knot]).sum()).collect()
         })
         .collect()
+}
+
+/// Largest distance of one of the `bullets` of `run` from where the `knots` were at `times`, frame by frame [m]; as
+/// many as `run` has.
+pub fn bullets_apart(run: &Run, times: &[f64], knots: &KnotFrames, bullets: &[usize; 4]) -> Vec<f64> {
+    let found = at_times(run, times);
+    found.iter().zip(knots).map(|(found, there)| largest(found, there, bullets)).collect()
 }
 
 /// Largest distance between two places of the same knot, of those listed [m].
