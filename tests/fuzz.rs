@@ -2,7 +2,7 @@
 //! arguments, spoilt at random, and bytes of no meaning. What passes the checks takes a few steps.
 //!
 //! Readers: scene, shape, mesh, profile, the arguments `--set` and `--vary`, a kept member of an ensemble and of a
-//! comparison, a study of costs. Inputs that once went wrong are kept in `tests/corpus/`, a folder a reader; they are
+//! comparison, a study of costs; the study of a sweep, its plan, and its rows with all that is made of them. Inputs that once went wrong are kept in `tests/corpus/`, a folder a reader; they are
 //! read as they are, and spoilt with the others.
 //!
 //! A short seeded round runs with the tests. The long one, of a night:
@@ -21,14 +21,20 @@ use peak_alloc::PeakAlloc;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 use tumblenet::assets::Kind;
 use tumblenet::case::Case;
 use tumblenet::limits::Limits;
 use tumblenet::problems::Problems;
+use tumblenet::report::map::MapRequest;
+use tumblenet::report::rows::{KeptRows, line};
+use tumblenet::report::{dependency, sensitivity, sweep};
 use tumblenet::scene::Source;
 use tumblenet::simulation::Simulation;
 use tumblenet::study::compare::track;
 use tumblenet::study::compare::variants::variants;
+use tumblenet::study::sweep::outcome::MapOutcome;
+use tumblenet::study::sweep::{Sweep, SweepPlan};
 use tumblenet::study::{cost, ensemble};
 
 #[global_allocator]
@@ -48,6 +54,11 @@ struct Stock {
     shapes: Vec<Value>,
     /// Valid meshes and the endings of their names.
     meshes: Vec<(Vec<u8>, String)>,
+    /// Valid studies of sweeps.
+    studies: Vec<Value>,
+    /// The plan of a sweep, and rows of it.
+    plan: SweepPlan,
+    rows: Vec<u8>,
     /// The corpus: reader, ending of the name, bytes.
     corpus: Vec<(String, String, Vec<u8>)>,
 }
@@ -101,8 +112,57 @@ impl Stock {
         let of_corpus = corpus.iter().filter(|file| file.0 == "mesh");
         let of_corpus = of_corpus.map(|(_, ending, bytes)| (bytes.clone(), ending.clone()));
         let meshes = meshes().into_iter().map(|(bytes, ending)| (bytes, ending.to_owned()));
-        Stock { scenes, shapes, meshes: meshes.chain(of_corpus).collect(), corpus }
+        let (studies, plan) = studies();
+        let rows = rows(&plan);
+        Stock { scenes, shapes, meshes: meshes.chain(of_corpus).collect(), studies, plan, rows, corpus }
     }
+}
+
+/// The studies of the examples, and the plan of one.
+fn studies() -> (Vec<Value>, SweepPlan) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/studies");
+    let mut files: Vec<_> = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let study = |file: &std::path::PathBuf| serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let planned = files.iter().find(|file| file.ends_with("cubesat-tumble.json")).unwrap();
+    let sweep = Sweep::load(&planned.to_string_lossy(), Limits::default());
+    let plan = sweep.unwrap_or_else(|problems| panic!("{problems}")).plan("fuzz");
+    (files.iter().map(study).collect(), plan)
+}
+
+/// Rows of `plan` with a number in every column of numbers.
+fn rows(plan: &SweepPlan) -> Vec<u8> {
+    let mut text = line(&plan.columns);
+    for member in 0..40_u64 {
+        let cell = |name: &String| match name.as_str() {
+            "member" | "point" => member.to_string(),
+            "captured" => (member % 3 == 0).to_string(),
+            "verdict" => if member % 3 == 0 { "held_so_far" } else { "lost" }.to_owned(),
+            "failure" | "reason" => String::new(),
+            _ => (0.25 * (member % 7) as f64).to_string(),
+        };
+        text.extend(line(&plan.columns.iter().map(cell).collect::<Vec<_>>()));
+    }
+    text
+}
+
+/// All that is made of the rows `text` of `plan`, whatever they are.
+fn read_rows(plan: &SweepPlan, text: &[u8], folder: &Path) -> Outcome {
+    // What a file is called gives a damaged one away: here each has its own name.
+    let name = Sha256::digest(text)[..8].iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+    let place = folder.join("rows").join(&plan.key);
+    std::fs::create_dir_all(&place).unwrap();
+    let file = place.join(format!("{name}.csv"));
+    std::fs::write(&file, text).unwrap();
+    let kept = KeptRows::read(folder, plan);
+    drop(sweep::words(&sweep::SweepResult::of(plan, &kept)));
+    let over = ["input.target.spin_rad_s.length", "input.target.spin_rad_s.tilt_deg"].map(str::to_owned);
+    let request = MapRequest { over: over.into(), outcome: MapOutcome::Captured, n_boxes: 4 };
+    outcome(dependency::observed(plan, &kept, &dependency::names(None)), |_| {});
+    outcome(sensitivity::find(plan, &kept, MapOutcome::Captured), |_| {});
+    let mapped = outcome(request.fill(plan, &kept), |_| {});
+    std::fs::remove_file(file).unwrap();
+    mapped
 }
 
 /// A tetrahedron, an L and a rough ball as OBJ, the tetrahedron as both kinds of STL.
@@ -240,6 +300,20 @@ fn read(stock: &Stock, reader: &str, ending: &str, bytes: Vec<u8>, folder: &Path
             serde_json::from_slice::<ensemble::Member>(&bytes).is_ok()
                 | serde_json::from_slice::<track::TrackMember>(&bytes).is_ok(),
         ),
+        "study" => {
+            outcome(
+                Sweep::load(&folder.join(&name).to_string_lossy(), Limits::default()),
+                |sweep| match sweep.member(0) {
+                    Ok(case) => steps(case),
+                    Err(problems) => assert!(!problems.list.is_empty()),
+                },
+            )
+        }
+        "plan" => match serde_json::from_slice::<SweepPlan>(&bytes) {
+            Ok(plan) if plan.check().is_ok() => read_rows(&plan, &stock.rows, folder),
+            _ => Outcome::Refused,
+        },
+        "rows" => read_rows(&stock.plan, &bytes, folder),
         "cost" => known(serde_json::from_slice::<cost::Study>(&bytes).is_ok()),
         other => panic!("tests/corpus/{other} has no reader"),
     }
@@ -276,7 +350,23 @@ fn feed(stock: &Stock, number: u64, folder: &Path) -> Outcome {
     let (mesh, ending) = pick(&stock.meshes, random);
     write("mesh.obj", &stock.meshes[0].0);
     write("mesh.stl", &stock.meshes[4].0);
-    match random.random_range(0..22) {
+    match random.random_range(0..26) {
+        22 | 23 => {
+            let mut study = pick(&stock.studies, random).clone();
+            spoil(&mut study, &stock.studies, random);
+            read(stock, "study", "json", study.to_string().into_bytes(), folder)
+        }
+        24 => {
+            let mut plan = serde_json::to_value(&stock.plan).unwrap();
+            let donor = [plan.clone()];
+            spoil(&mut plan, &donor, random);
+            read(stock, "plan", "json", plan.to_string().into_bytes(), folder)
+        }
+        25 => {
+            let mut rows = stock.rows.clone();
+            spoil_bytes(&mut rows, random);
+            read(stock, "rows", "csv", rows, folder)
+        }
         20 | 21 => {
             let (reader, ending, bytes) = pick(&stock.corpus, random);
             let mut bytes = bytes.clone();

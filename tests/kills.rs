@@ -1,7 +1,7 @@
 //! Programs that are killed at any moment: no file is half, no set is mixed, and what was finished is kept.
 //!
 //! A short seeded round runs with the tests. The long one: `KILLS=500 cargo test --test kills -- --nocapture`; of so
-//! many kills each of the five commands gets a fifth.
+//! many kills each of the six commands gets a sixth.
 #![cfg(unix)]
 
 mod common;
@@ -209,9 +209,66 @@ fn kills(command: &Killed, n: usize, seed: u64) -> Counts {
 
 #[test]
 fn a_kill_at_any_moment_leaves_no_half_file_and_no_mixed_set() {
-    let n: usize = std::env::var("KILLS").map_or(5, |text| text.parse().unwrap());
     for (number, command) in COMMANDS.iter().enumerate() {
-        let counts = kills(command, n / COMMANDS.len(), number as u64);
+        let counts = kills(command, each(), number as u64);
         println!("{}: {counts:?}", command.arguments.join(" "));
     }
+}
+
+/// Kills of each command; a sweep is one more.
+fn each() -> usize {
+    let n: usize = std::env::var("KILLS").map_or(6, |text| text.parse().unwrap());
+    n / (COMMANDS.len() + 1)
+}
+
+/// Rows are added as members end, so a sweep has no set that is switched: what is finished stays, and the table of
+/// all is that of a sweep that nobody killed.
+#[test]
+fn a_sweep_killed_at_any_moment_loses_no_row() {
+    let study = json!({ "title": "killed", "scene": "scene.json", "solver": "explicit+impulse", "members": 2,
+        "parameters": [{ "path": "launch.speed_m_s", "uniform": [1.8, 2.2] }],
+        "design": { "kind": "random", "points": 15 } });
+    let folder = program::folder_with(&[("scene.json", &program::tiny_capture()), ("study.json", &study)]);
+    let folder = folder.path();
+    let command = Killed {
+        arguments: &["sweep", "study.json", "--out", "results/killed", "--jobs", "2"],
+        results: "results/killed",
+        last: "sweep.json",
+    };
+    let results = folder.join(command.results);
+    let begun = Instant::now();
+    program::printed(folder, command.arguments);
+    let (whole, table) = (begun.elapsed(), std::fs::read(results.join("table.csv")).unwrap());
+    let finished = || {
+        let told = program::printed(folder, &["sweep", "status", "results/killed", "--format", "json"]);
+        let told: Value = serde_json::from_str(&told).unwrap();
+        // Left out where there is none.
+        assert_eq!(told.get("damaged"), None);
+        told["finished"].as_u64().unwrap()
+    };
+    let (mut random, mut counts, mut before) = (ChaCha8Rng::seed_from_u64(9), Counts::default(), 0);
+    for number in 0..each() {
+        // Anew now and then: over what is finished there is little left to kill.
+        if number % 6 == 0 {
+            std::fs::remove_dir_all(&results).unwrap();
+            before = 0;
+        }
+        kill(&command, folder, whole, &mut random, &mut counts);
+        let what = format!("kill {number}");
+        all_whole(&files(folder), &what);
+        if !results.join("study.json").is_file() {
+            continue;
+        }
+        let after = finished();
+        assert!(after >= before, "{what}: {before} rows were finished, {after} are");
+        counts.with_set += usize::from(results.join(command.last).is_file());
+        counts.kept += usize::from(after > before);
+        before = after;
+    }
+    println!("{}: {counts:?}", command.arguments.join(" "));
+    program::printed(folder, command.arguments);
+    assert!(std::fs::read(results.join("table.csv")).unwrap() == table);
+    let left = files(folder);
+    let beside: Vec<&PathBuf> = left.keys().filter(|path| name(path).starts_with('.')).collect();
+    assert!(beside.is_empty(), "{beside:?}");
 }

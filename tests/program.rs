@@ -21,7 +21,7 @@ fn small_capture() -> Value {
 /// Writes the scene to `scene.json` in a new folder.
 fn with_scene(scene: &Value) -> tempfile::TempDir {
     let folder = folder();
-    write_json(folder.path(), "scene.json", &scene);
+    write_json(folder.path(), "scene.json", scene);
     folder
 }
 

@@ -88,7 +88,8 @@ pub fn write_plan(out: &Path, plan: &SweepPlan) -> Result<(), WriteError> {
 /// Why there is none, in words.
 pub fn read_plan(out: &Path) -> Result<SweepPlan, String> {
     let bytes = limits::read_file(&out.join(PLAN), MOST_BYTES).map_err(|error| error.to_string())?;
-    serde_json::from_slice(&bytes).map_err(|error| error.to_string())
+    let plan: SweepPlan = serde_json::from_slice(&bytes).map_err(|error| error.to_string())?;
+    plan.check().map(|()| plan)
 }
 
 /// Writes the table of all rows, in the order of the members and without columns that none of them fills, and what they

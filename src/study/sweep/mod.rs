@@ -87,6 +87,28 @@ pub struct SweepPlan {
     pub provenance: Provenance,
 }
 
+/// Members of a plan, at most: beyond, it is none of this program, and what is missing would fill the memory.
+const MOST_MEMBERS: u64 = 10_000_000;
+
+impl SweepPlan {
+    /// Whether it may be what this program wrote: a folder is called by its key, and its members are counted.
+    ///
+    /// # Errors
+    /// Why it is not, in words.
+    pub fn check(&self) -> Result<(), String> {
+        if self.key.len() != 16 || HEXLOWER.decode(self.key.as_bytes()).is_err() {
+            return Err(format!("key: found {:?}; allowed: 16 digits of a hash", self.key));
+        }
+        if self.members > MOST_MEMBERS {
+            return Err(format!("members: found {}; allowed: at most {MOST_MEMBERS}", self.members));
+        }
+        if self.study.members == 0 {
+            return Err("study.members: found 0; allowed: at least 1".to_owned());
+        }
+        Ok(())
+    }
+}
+
 /// A part of a sweep: every n-th member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
