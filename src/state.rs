@@ -53,6 +53,12 @@ pub struct Body {
 }
 
 impl Body {
+    /// At rest in the local frame's origin, unturned.
+    pub fn at_rest() -> Body {
+        let zero = Vector3::zeros();
+        Body { position: zero, attitude: UnitQuaternion::identity(), velocity: zero, rate: zero }
+    }
+
     /// Angular velocity in the body frame [rad/s].
     pub fn spin(&self) -> Vector3<f64> {
         self.attitude.inverse_transform_vector(&self.rate)

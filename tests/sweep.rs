@@ -203,6 +203,53 @@ fn a_sweep_that_is_killed_or_interrupted_goes_on_where_it_was() {
     assert!(killed == table(folder, "fresh") && killed.lines().count() == 61);
 }
 
+/// Of the schedulers only those that are installed are asked for more than a script; `.ci/run` asks a whole Slurm.
+#[cfg(unix)]
+#[test]
+fn a_template_runs_every_shard_whatever_the_paths_are_called() {
+    let folder = folder(|_| {});
+    let folder = folder.path();
+    std::fs::copy(folder.join("study.json"), folder.join("a study's.json")).unwrap();
+    for scheduler in ["slurm", "pbs", "hq", "parallel"] {
+        let script = printed(
+            folder,
+            &["sweep", "template", scheduler, "a study's.json", "--out", "my out", "--shards", "3"],
+        );
+        std::fs::write(folder.join("sweep.sh"), &script).unwrap();
+        let bash = |arguments: &[&str], shard: &str| {
+            let program = Path::new(env!("CARGO_BIN_EXE_tumblenet")).parent().unwrap().display().to_string();
+            let path = format!("{program}:{}", std::env::var("PATH").unwrap());
+            let mut bash = std::process::Command::new("bash");
+            bash.args(arguments).current_dir(folder).env("PATH", path).env("PBS_O_WORKDIR", folder);
+            for name in ["SLURM_ARRAY_TASK_ID", "PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
+                bash.env(name, shard);
+            }
+            bash.output().unwrap()
+        };
+        assert!(!script.contains("{{"), "{script}");
+        let has_parallel = bash(&["-c", "command -v parallel"], "1").status.success();
+        if scheduler == "parallel" && !has_parallel {
+            assert!(std::env::var_os("CI").is_none(), "GNU Parallel is not installed");
+            println!("skipped: GNU Parallel is not installed");
+            assert!(bash(&["-n", "sweep.sh"], "1").status.success());
+            continue;
+        }
+        let shards = if scheduler == "parallel" { &["1"][..] } else { &["1", "2", "3"] };
+        for shard in shards {
+            let ended = bash(&["sweep.sh"], shard);
+            assert!(ended.status.success(), "{scheduler}: {}", String::from_utf8_lossy(&ended.stderr));
+        }
+        assert_eq!(
+            printed(folder, &["sweep", "missing", "my out", "--shards", "3"]).trim(),
+            "",
+            "{scheduler}"
+        );
+        std::fs::remove_dir_all(folder.join("my out")).unwrap();
+    }
+    let refused = tumblenet(folder, &["sweep", "template", "slurm", "a\nb", "--out", "", "--shards", "0"]);
+    assert_eq!(refused.status.code(), Some(2));
+}
+
 #[test]
 fn a_member_that_cannot_be_run_has_a_row_that_says_why() {
     // Each parameter alone is within what the scene allows; both together the target begins within the net.

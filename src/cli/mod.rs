@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod array_job;
 mod check;
 mod compare;
 mod cost;

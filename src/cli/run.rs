@@ -10,7 +10,7 @@ use tumblenet::metrics::summary::Summary;
 use tumblenet::metrics::verdict::Verdict;
 use tumblenet::metrics::warnings;
 use tumblenet::problems::Problems;
-use tumblenet::report::{ensemble as report, files, results, table};
+use tumblenet::report::{ensemble as report, files, gltf, results, table, vtk};
 use tumblenet::scene::{self, Source};
 use tumblenet::study::cost::accuracy::Accuracy;
 use tumblenet::study::cost::calibration;
@@ -46,6 +46,9 @@ pub struct Arguments {
     /// With `--until`: for so long at most [s]; left out: ten times the scene's duration.
     #[arg(long, value_name = "S", requires = "until", value_parser = duration)]
     at_most: Option<f64>,
+    /// Writes the run for other programs too: for ParaView (vtk/run.pvd), for Blender (run.glb).
+    #[arg(long, value_enum, value_name = "KIND", value_delimiter = ',')]
+    export: Vec<Export>,
     /// How the result is printed.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -71,6 +74,15 @@ pub struct Arguments {
 pub(super) enum Until {
     /// Until the verdict is decided.
     Settled,
+}
+
+/// What else a run is written as.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Export {
+    /// VTK: a file for each body and frame, and a list of them.
+    Vtk,
+    /// glTF 2.0: one animated file.
+    Gltf,
 }
 
 /// A member worth watching.
@@ -117,7 +129,7 @@ fn length(text: &str) -> Result<f64, String> {
 pub fn default_scene() -> Result<(), Error> {
     let case = Case::load(scene::DEFAULT, &[])?;
     let out = default_folder(&case);
-    let summary = one(&case, None, &out)?;
+    let summary = one(&case, None, &out, &[])?;
     say(&table::summary(&summary))?;
     say(&format!(
         "\nLook at it: open {} in a browser.\nMore scenes: `tumblenet list`; another run: `tumblenet run NAME`.",
@@ -165,7 +177,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     };
     files::recover(&out);
     let earlier = out.join("summary.json").exists();
-    let summary = one(&case, at_most, &out)?;
+    let summary = one(&case, at_most, &out, &arguments.export)?;
     match arguments.format {
         Format::Json => print(&json(&summary))?,
         Format::Text => {
@@ -210,8 +222,13 @@ fn at_most(case: &Case, arguments: &Arguments, limits: &Limits) -> Result<Option
     problems.into_result(Some(Some(at_most)))
 }
 
-/// Runs `case` and writes all its results to the folder `out`.
-pub(super) fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summary, Error> {
+/// Runs `case` and writes all its results to the folder `out`, with all `exports`.
+pub(super) fn one(
+    case: &Case,
+    at_most: Option<f64>,
+    out: &Path,
+    exports: &[Export],
+) -> Result<Summary, Error> {
     // Before the run, not after: an unwritable folder should cost no run.
     results::make_place(out)?;
     interrupt::leaves("nothing of this run was written");
@@ -224,6 +241,13 @@ pub(super) fn one(case: &Case, at_most: Option<f64>, out: &Path) -> Result<Summa
     tell_shares(&summary);
     stage("writing");
     results::write(out, case, &run, &curves, &summary)?;
+    for export in exports {
+        let place = match export {
+            Export::Vtk => vtk::write(out, case, &run)?,
+            Export::Gltf => gltf::write(out, case, &run)?,
+        };
+        remark(&format!("written too: {}", place.display()));
+    }
     interrupt::leaves(format!("the results are in {}", out.display()));
     if let Some(time) = run.first_not_finite() {
         return Err(Error::Expectation(format!(
@@ -285,7 +309,7 @@ fn many(case: &Case, request: &EnsembleRequest, out: &Path, arguments: &Argument
     kept.finish()?;
     let ensemble = Ensemble::of(case, request, &members);
     if let Some(which) = arguments.replay {
-        watch(case, request, &ensemble, which, out)?;
+        watch(case, request, &ensemble, which, out, arguments)?;
     }
     report::write(out, &arguments.scene, &arguments.changes, &ensemble)?;
     match arguments.format {
@@ -319,6 +343,7 @@ fn watch(
     ensemble: &Ensemble,
     which: Which,
     out: &Path,
+    arguments: &Arguments,
 ) -> Result<(), Error> {
     let found = ensemble.verdicts.iter().find(|ended| which.is(ended.verdict));
     let Some(ended) = found else {
@@ -326,7 +351,8 @@ fn watch(
         return Ok(());
     };
     let folder = watched(out, ended.member);
-    one(&ensemble::member(case, request, ended.member)?, request.at_most_s, &folder)?;
+    let member = ensemble::member(case, request, ended.member)?;
+    one(&member, request.at_most_s, &folder, &arguments.export)?;
     remark(&format!("member {}: {}", ended.member, folder.join("replay.html").display()));
     Ok(())
 }

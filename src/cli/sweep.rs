@@ -16,7 +16,7 @@ use tumblenet::study::sweep::{Row, Shard, Sweep, SweepPlan};
 
 use super::reading::Reading;
 use super::terminal::{Progress, remark, stage};
-use super::{Error, Format, interrupt, json, print, run, say};
+use super::{Error, Format, array_job, interrupt, json, print, run, say};
 
 /// Arguments of `sweep`.
 #[derive(Args)]
@@ -56,6 +56,8 @@ enum Task {
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
         shards: Option<u64>,
     },
+    /// Prints a script that runs a sweep as an array job of a cluster's scheduler.
+    Template(array_job::Arguments),
     /// Writes the table of all rows.
     Merge {
         #[command(flatten)]
@@ -99,6 +101,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
             let result = report::merge(&place.folder, &plan, &kept)?;
             tell(&result, place.format, Some(&place.folder))
         }
+        Some(Task::Template(arguments)) => array_job::main(arguments),
         None => begin(arguments),
     }
 }
@@ -203,7 +206,7 @@ fn watch(sweep: &Sweep, member: u64, out: &Path) -> Result<(), Error> {
         return Err(problems.into());
     }
     let out = out.join(format!("member-{member}"));
-    let summary = run::one(&sweep.member(member)?, sweep.at_most_s(), &out)?;
+    let summary = run::one(&sweep.member(member)?, sweep.at_most_s(), &out, &[])?;
     say(&table::summary(&summary))?;
     say(&format!("Results: {}", out.display()))
 }

@@ -6,6 +6,7 @@ pub mod cost;
 pub mod dependency;
 pub mod ensemble;
 pub mod files;
+pub mod gltf;
 pub mod map;
 pub mod page;
 pub mod plots;
@@ -18,5 +19,6 @@ pub mod survival;
 pub mod sweep;
 pub mod table;
 pub mod text_table;
+pub mod vtk;
 
-mod template;
+pub mod template;
