@@ -130,20 +130,33 @@ impl<'de> Visitor<'de> for Strict<'_> {
     }
 }
 
+/// What becomes of the negative zero, which no whole number is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum NegativeZero {
+    /// It stays: its sign is a bit of the state.
+    Kept,
+    /// It is 0, where a whole number is wanted.
+    Whole,
+}
+
 /// A copy in which a whole number is written as one: `3.0` is as whole as `3`, to JSON Schema and to
 /// users, though not to the reader of types.
-pub fn with_whole_numbers(value: &Value) -> Value {
+pub fn with_whole_numbers(value: &Value, zero: NegativeZero) -> Value {
     /// Above it not every whole number is an `f64`.
     const LARGEST: f64 = (1_u64 << 53) as f64;
     match value {
-        Value::Array(list) => list.iter().map(with_whole_numbers).collect(),
+        Value::Array(list) => list.iter().map(|inner| with_whole_numbers(inner, zero)).collect(),
         Value::Object(map) => {
-            map.iter().map(|(key, inner)| (key.clone(), with_whole_numbers(inner))).collect()
+            map.iter().map(|(key, inner)| (key.clone(), with_whole_numbers(inner, zero))).collect()
         }
         Value::Number(number) => match number.as_f64() {
             Some(float) if number.is_f64() && float.fract() == 0.0 && float.abs() <= LARGEST => {
-                // Not the negative zero, which has no whole number.
-                if float == 0.0 && float.is_sign_negative() { value.clone() } else { (float as i64).into() }
+                let is_negative_zero = float == 0.0 && float.is_sign_negative();
+                if is_negative_zero && zero == NegativeZero::Kept {
+                    value.clone()
+                } else {
+                    (float as i64).into()
+                }
             }
             _ => value.clone(),
         },
@@ -188,10 +201,11 @@ mod tests {
     fn whole_numbers_stay_what_they_are() {
         let value = json!([3.0, -2.0, 0.5, 1e300, 7, "3.0", { "a": 1e15 }]);
         assert_eq!(
-            with_whole_numbers(&value),
+            with_whole_numbers(&value, NegativeZero::Kept),
             json!([3, -2, 0.5, 1e300, 7, "3.0", { "a": 1_000_000_000_000_000_i64 }])
         );
-        let zero = with_whole_numbers(&json!(-0.0)).as_f64().unwrap();
+        let zero = with_whole_numbers(&json!(-0.0), NegativeZero::Kept).as_f64().unwrap();
         assert!(zero == 0.0 && zero.is_sign_negative());
+        assert_eq!(with_whole_numbers(&json!([-0.0]), NegativeZero::Whole), json!([0]));
     }
 }

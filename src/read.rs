@@ -14,7 +14,7 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-use crate::json;
+use crate::json::{self, NegativeZero};
 use crate::problems::Problems;
 pub use crate::problems::join;
 use crate::problems::nearest;
@@ -93,12 +93,14 @@ pub fn typed<T: JsonSchema + DeserializeOwned + 'static>(
         }
         return None;
     }
-    let (mut value, known) = (json::with_whole_numbers(value), problems.list.len());
+    let (mut value, known) = (json::with_whole_numbers(value, NegativeZero::Kept), problems.list.len());
     spelling::plain(&mut value, place, problems);
     if problems.list.len() > known {
         return None;
     }
-    match serde_json::from_value(value) {
+    let read = T::deserialize(&value);
+    // A negative zero where a whole number is wanted is 0.
+    match read.or_else(|_| serde_json::from_value(json::with_whole_numbers(&value, NegativeZero::Whole))) {
         Ok(typed) => Some(typed),
         // The schema is the stricter of the two, but a gap between them must not be a panic.
         Err(error) => {

@@ -353,7 +353,10 @@ fn a_perturbation_that_throws_the_net_is_refused() {
 
 #[test]
 fn a_whole_number_with_a_point_a_mark_at_the_head_and_a_key_twice() {
-    let folder = with_scene(|scene| scene["net"]["meshes"] = json!([3.0, 3]));
+    let folder = with_scene(|scene| {
+        scene["net"]["meshes"] = json!([3.0, 3]);
+        scene["net"]["middle_knots"] = json!(-0.0);
+    });
     assert_eq!(tumblenet(folder.path(), &["check", "scene.json"]).status.code(), Some(0));
     let text = std::fs::read_to_string(folder.path().join("scene.json")).unwrap();
     std::fs::write(folder.path().join("scene.json"), format!("\u{feff}{text}")).unwrap();
