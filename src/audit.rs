@@ -180,8 +180,9 @@ impl EnergyAudit {
         let mut on_knots = 0.0; // work of contacts and effects on the knots
         for contact in &after.contacts {
             on_knots += contact.work_on_knot;
-            if contact.along.is_none() {
-                self.ledger.contact += contact.loss; // that of cables is their effect's
+            // That of cables is their effect's, where they are no elements.
+            if contact.along.is_none() || after.elements.is_some() {
+                self.ledger.contact += contact.loss;
             }
             if held {
                 // A held target passes the impulse to the outside; the work of its moving surface

@@ -56,6 +56,11 @@ pub trait HalfKick: Send {
     fn kicks_knots(&self) -> bool {
         true
     }
+
+    /// Whether it kicks the coordinates of elements as well, where the net has any.
+    fn kicks_elements(&self) -> bool {
+        false
+    }
 }
 
 /// Holds knots in every part of a step: in every sub-step of a net of our own.
@@ -255,6 +260,7 @@ pub struct Interactions {
     forces: Vec<AppliedForces>,
     half_kicks: Vec<usize>,
     kicks_knots: bool,
+    kicks_only_knots: bool,
     constraints: Vec<usize>,
     contacts: Vec<usize>,
     observers: Vec<usize>,
@@ -280,9 +286,13 @@ impl Interactions {
         let applied =
             |index| AppliedForces { index, forces: Forces::default(), work_on_bodies: 0.0, stored: 0.0 };
         let kicks_knots = of_kind(|effect| effect.half_kick().is_some_and(|kick| kick.kicks_knots()));
+        let kicks_only_knots = of_kind(|effect| {
+            effect.half_kick().is_some_and(|kick| kick.kicks_knots() && !kick.kicks_elements())
+        });
         Interactions {
             half_kicks: of_kind(|effect| effect.half_kick().is_some()),
             kicks_knots: !kicks_knots.is_empty(),
+            kicks_only_knots: !kicks_only_knots.is_empty(),
             constraints: of_kind(|effect| effect.constraint().is_some()),
             contacts: of_kind(|effect| effect.contacts().is_some()),
             observers: of_kind(|effect| effect.observer().is_some()),
@@ -324,6 +334,11 @@ impl Interactions {
     /// Whether any changes velocities of knots.
     pub fn kick_knots(&self) -> bool {
         self.kicks_knots
+    }
+
+    /// Whether any changes velocities of knots and would leave those of elements behind.
+    pub fn kick_only_knots(&self) -> bool {
+        self.kicks_only_knots
     }
 
     /// Half a kick of a step of `step` seconds, the second half in reverse order; `record` hears what each

@@ -43,6 +43,8 @@ pub struct Frames {
     pub impulse: Vec<f64>,
     /// Kinetic energy of the net in the frame that moves and turns with the target [J], T; empty without one.
     pub relative_energy: Vec<f64>,
+    /// Places along each cable of elements [m], T × C × as many; empty with other cables and without a target.
+    pub lines: Vec<Vec<Vec<Vector3<f64>>>>,
     /// What the effects have to say, T × as many as `Run::reading_names`.
     pub readings: Vec<Vec<f64>>,
 }
@@ -288,6 +290,10 @@ impl Recorder {
         frames.contact_impulses.push(self.contact_impulses.clone());
         self.tensions.fill(0.0);
         self.contact_impulses.fill(Vector3::zeros());
+        if let (Some(elements), Some(_)) = (&state.elements, &state.target) {
+            let lines = (0..elements.ends.len()).map(|cable| elements.line(cable, &state.knots, &state.inner));
+            frames.lines.push(lines.collect());
+        }
         frames.target.extend(state.target);
         frames.chaser.extend(state.chaser.map(|chaser| chaser.body));
         frames.ledger.push(simulation.audit.ledger.clone());
@@ -303,6 +309,13 @@ impl Recorder {
 
 /// Kinetic energy of the net in the frame that moves and turns with the target [J].
 fn relative_energy(mass: &[f64], state: &State, body: &Body) -> f64 {
+    if let Some(elements) = &state.elements {
+        let mut energy = 0.0;
+        elements.mass_points(&state.knots, &state.inner, |mass, x, v| {
+            energy += 0.5 * mass * (v - body.velocity_at(*x)).norm_squared();
+        });
+        return energy;
+    }
     let knots = state.knots.position.iter().zip(&state.knots.velocity).zip(mass);
     knots.map(|((x, v), mass)| 0.5 * mass * (v - body.velocity_at(*x)).norm_squared()).sum()
 }

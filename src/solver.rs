@@ -36,7 +36,7 @@ pub struct Solver {
     pub integrator: Integrator,
     /// `explicit` with the integrator `located`: local error of a step of its own [m].
     pub tolerance_m: Positive,
-    /// `ancf`: the elements of the cables; left out, two a cable without bending.
+    /// `ancf`: the elements of the cables; left out, two a cable without bending, with three spheres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ancf: Option<Ancf>,
     /// `impulse` and `penalty`: distance from which a knot and a part are watched [m]; contacts are
@@ -84,7 +84,7 @@ impl Default for Solver {
 /// Step of the engine where a scene leaves it out [s].
 pub const JOINTS_STEP: f64 = 5e-4;
 
-/// Pairs of cables and contact that capture, with the names that the program uses.
+/// Pairs of cables and contact that studies run where no other is named, with the names that the program uses.
 pub const PAIRS: [(CableModel, ContactModel, &str); 5] = [
     (CableModel::Joints, ContactModel::Rapier, "joints+rapier"),
     (CableModel::Joints, ContactModel::Impulse, "joints+impulse"),
@@ -93,9 +93,11 @@ pub const PAIRS: [(CableModel, ContactModel, &str); 5] = [
     (CableModel::Explicit, ContactModel::Penalty, "explicit+penalty"),
 ];
 
-/// Pairs that fly and answer no contact: a study runs them where they are named.
-pub const FLIGHT_PAIRS: [(CableModel, ContactModel, &str); 1] =
-    [(CableModel::Ancf, ContactModel::Impulse, "ancf+impulse")];
+/// Pairs whose steps are so short that a study runs them only where they are named.
+pub const ELEMENT_PAIRS: [(CableModel, ContactModel, &str); 2] = [
+    (CableModel::Ancf, ContactModel::Impulse, "ancf+impulse"),
+    (CableModel::Ancf, ContactModel::Penalty, "ancf+penalty"),
+];
 
 impl Solver {
     /// The same with the cables and the contact of a pair of [`PAIRS`]; unchanged by any other name.
@@ -103,6 +105,11 @@ impl Solver {
     pub fn with_pair(self, name: &str) -> Solver {
         let pair = PAIRS.iter().find(|(.., known)| *known == name);
         pair.map_or(self, |&(cables, contact, _)| Solver { cables, contact, ..self })
+    }
+
+    /// Spheres that touch on each cable, where cables are elements.
+    pub fn spheres(&self) -> Option<u32> {
+        (self.cables == CableModel::Ancf).then(|| self.ancf.unwrap_or_default().spheres)
     }
 }
 
@@ -114,7 +121,7 @@ pub enum CableModel {
     Joints,
     /// The source's mass-spring net in explicit sub-steps.
     Explicit,
-    /// The source's finite elements of positions and slopes (Eq. 3.7 to 3.16), in explicit sub-steps: free flight.
+    /// The source's finite elements of positions and slopes (Eq. 3.7 to 3.16), in explicit sub-steps.
     Ancf,
 }
 
@@ -177,12 +184,15 @@ pub struct Ancf {
     pub elements: u32,
     /// Whether a cable resists bending (Eq. 3.12); in the source it does not.
     pub bending: bool,
+    /// Spheres that touch the target, evenly spaced on a cable between its knots, which touch by themselves (Eq. 4.31).
+    #[schemars(range(max = 64))]
+    pub spheres: u32,
 }
 
 impl Default for Ancf {
-    /// The source's, 5280 coordinates for 220 cables.
+    /// The source's: 5280 coordinates for 220 cables; three spheres, which Section 4.4 sets beside three middle knots.
     fn default() -> Self {
-        Ancf { elements: 2, bending: false }
+        Ancf { elements: 2, bending: false, spheres: 3 }
     }
 }
 

@@ -2,9 +2,15 @@
 //!
 //! Everything is in the local frame O-XYZ, SI units.
 
+pub mod elements;
+
+use std::sync::Arc;
+
 use data_encoding::HEXLOWER;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use sha2::{Digest, Sha256};
+
+use elements::ElementNet;
 
 /// Positions and velocities of the knots, K entries each.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -296,8 +302,10 @@ pub struct State {
 
     /// Written by `cables` (snaps), by `world`, and by effects that bracket a step.
     pub knots: Knots,
-    /// Written by `cables`: coordinates of the net beyond its knots, where the model has any, in its own order;
-    /// a slope times a length [m].
+    /// Written by `cables` at the start: the elements of the net, where cables are such.
+    pub elements: Option<Arc<ElementNet>>,
+    /// Written by `cables`, and by effects that kick: the elements' coordinates beyond the knots; a slope times a
+    /// length [m].
     pub inner: Knots,
     /// Written by `cables` where there are such: what all coordinates have together.
     pub totals: Option<NetTotals>,
@@ -312,6 +320,14 @@ pub struct State {
 }
 
 impl State {
+    /// Kinetic energy and momenta of the elements anew, where the net has any, after their velocities changed.
+    pub fn renew_totals(&mut self) {
+        if let Some(elements) = &self.elements {
+            let elastic = self.totals.map_or(0.0, |totals| totals.elastic);
+            self.totals = Some(NetTotals { elastic, ..elements.motion(&self.knots, &self.inner) });
+        }
+    }
+
     /// First 16 digits of a SHA-256 over time, knots and target, to the last bit.
     pub fn hash(&self) -> String {
         let mut hasher = Sha256::new();

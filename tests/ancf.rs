@@ -8,6 +8,7 @@ use serde_json::json;
 use tumblenet::cable::Cable;
 use tumblenet::case::Case;
 use tumblenet::interaction::{Effect, ForceElement, Half, HalfKick, Interaction};
+use tumblenet::metrics::conservation::Conservation;
 use tumblenet::metrics::deployment::Deployment;
 use tumblenet::net::Net;
 use tumblenet::options::TimeStep;
@@ -53,12 +54,22 @@ impl Line {
 
 /// A case of `net` in steps of `step` with `substeps` each.
 fn case(net: Net, elements: u32, step: f64, substeps: u32) -> Case {
+    built(net, elements, json!({}), step, substeps)
+}
+
+/// The same of two elements a cable, with effects.
+fn with_effects(net: Net, effects: serde_json::Value, step: f64, substeps: u32) -> Case {
+    built(net, 2, effects, step, substeps)
+}
+
+fn built(net: Net, elements: u32, effects: serde_json::Value, step: f64, substeps: u32) -> Case {
     let case = case_of(json!({
         "title": "line", "duration_s": 0.1,
         "net": { "meshes": [1, 1], "mesh_length_m": 0.1, "bullet_mass_kg": 0.1,
                  "cable": { "material": "nylon", "diameter_m": 0.001 } },
         "launch": { "speed_m_s": 2.0, "angle_deg": 25.0 },
-        "solver": { "cables": "ancf", "contact": "impulse", "ancf": { "elements": elements } }
+        "solver": { "cables": "ancf", "contact": "impulse", "ancf": { "elements": elements } },
+        "effects": effects
     }));
     changed(case, |built| (built.net, built.time_step) = (net, TimeStep { step, substeps }))
 }
@@ -342,16 +353,13 @@ fn elements_open_the_net_as_the_mass_spring_net_does() {
 
 /// What elements have no answer to is refused by its place in the scene, all at once.
 #[test]
-fn a_target_and_effects_are_refused_by_name() {
-    let changes = [
-        "solver.cables=ancf",
-        "effects.friction={\"coefficient\":0.3}",
-        "effects.orbit={\"altitude_m\":7e5}",
-    ];
+fn contacts_of_straight_cables_are_refused_by_name() {
+    let changes = ["solver.cables=ancf", "effects.self_contact={}", "effects.cable_contact={}"];
     let problems = Case::load("cubesat-spin-x-2.0-tube", &changes.map(str::to_owned)).err().unwrap();
-    for place in ["target", "effects.closing", "effects.friction", "effects.orbit", "solver.contact"] {
+    for place in ["effects.self_contact", "effects.cable_contact", "solver.contact"] {
         assert!(problems.list.iter().any(|problem| problem.place == place), "{place}: {problems}");
     }
+    assert_eq!(problems.list.len(), 3, "{problems}");
 }
 
 /// An effect from outside that no scene names is refused as well, and a force is not.
@@ -374,4 +382,44 @@ fn a_kick_from_outside_ends_the_run_in_words() {
     let mut simulation = Simulation::with(&case, vec![Interaction::new("wind", "wind", Windy(Wind))]);
     let told = simulation.step().unwrap_err().to_string();
     assert!(told.contains("an effect that kicks"), "{told}");
+}
+
+/// A straight line of cables at its own length falls as a whole, spins or not: nothing in it is strained.
+#[test]
+fn what_falls_freely_is_not_strained() {
+    let line = Line { rigidity: 1e4, density: 0.1, damping: 0.0, piece: 0.3 };
+    let along = Vector3::new(0.6, 0.0, 0.8);
+    let speed = Vector3::new(0.5, 2.0, -1.0);
+    let knots: Vec<_> = (0..4).map(|i| (0.02 * f64::from(1 + i % 2), 0.3 * f64::from(i) * along, speed)).collect();
+    let effects = json!({ "cabin": { "gravity_m_s2": [1.0, -9.81, 3.0] } });
+    let case = with_effects(line.net(&knots), effects, 1e-3, 20);
+    let mut simulation = Simulation::new(&case);
+    let mut worst: f64 = 0.0;
+    run(&mut simulation, &case, 1.0, |state| {
+        let pieces = state.knots.position.windows(2).map(|pair| (pair[1] - pair[0]).norm());
+        worst = pieces.map(|length| (length / 0.3 - 1.0).abs()).fold(worst, f64::max);
+        // Slopes times the length of an element.
+        let slopes = state.inner.position.iter().enumerate().filter(|(i, _)| i % 4 != 1);
+        worst = slopes.map(|(_, slope)| (slope.norm() / 0.15 - 1.0).abs()).fold(worst, f64::max);
+    });
+    below("strain in free fall", worst, 1e-12); // measured: see the printed value
+    let fallen = simulation.state.knots.velocity[2] - speed - Vector3::new(1.0, -9.81, 3.0);
+    below("speed it fell to", fallen.norm(), 1e-12);
+}
+
+/// In a frame that turns, a net keeps the energy of the frame, and its momenta are what the frame gave it.
+#[test]
+fn a_turning_frame_gives_elements_what_it_posts() {
+    let cabin = r#"effects.cabin={"gravity_m_s2":[0.2,-0.5,1.0],"rate_rad_s":[0.3,-0.5,0.4],"centre_m":[0.5,0.0,-0.2]}"#;
+    let case = scene(
+        "deployment-kevlar",
+        &["net.meshes=[3,3]", "net.mesh_length_m=0.5", "net.cable.material=nylon", "duration_s=0.5",
+          "solver.cables=ancf", "solver.contact=impulse", cabin],
+    );
+    let found = Conservation::of(&case, &common::run(&case));
+    println!("{found:?}");
+    below("momentum", found.momentum_residual, 1e-9);
+    below("angular momentum", found.angular_momentum_residual, 1e-9);
+    below("energy residual", found.energy_residual, 1e-2);
+    below("created", found.energy_created, 1e-2);
 }

@@ -110,7 +110,13 @@ fn hashed() -> Vec<(&'static str, String)> {
         let changes = format!("duration_s=1.2 {} {effects}", common::changes_of(pair).join(" "));
         ("cubesat-spin-x-2.0-tube", changes)
     });
-    short.chain([tube]).chain(touching).chain(past_contact).collect()
+    // Elements take short steps: a small net, shot onto a target close by.
+    let elements = ["impulse", "penalty"].map(|contact| {
+        let solver = format!("solver.cables=ancf solver.contact={contact}");
+        let near = "duration_s=0.08 net.meshes=[3,3] target.distance_m=0.15 target.motion=free";
+        ("cubesat-spin-x-2.0-tube", format!(r#"{near} {solver} effects.friction={{"coefficient":0.3}}"#))
+    });
+    short.chain([tube]).chain(touching).chain(elements).chain(past_contact).collect()
 }
 
 /// A change of method changes hashes, and nothing else may: not the threads, not the profile, not

@@ -20,7 +20,7 @@ use super::{Error, Format, interrupt, json, print, say};
 pub struct Arguments {
     /// Cases, or themes, or beginnings of either; left out: all.
     cases: Vec<String>,
-    /// Pairs of cables and contact, `joints+rapier,joints+impulse`; left out: all.
+    /// Pairs of cables and contact, `joints+rapier,joints+impulse`; left out: all but those with `ancf` cables.
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     pairs: Option<Vec<String>>,
     /// Lists the cases and why each is hard.
@@ -109,8 +109,8 @@ fn cases(named: &[String], problems: &mut Problems) -> Vec<StressCase> {
 }
 
 fn pairs(named: Option<&[String]>, problems: &mut Problems) -> Vec<&'static str> {
-    let all = stress::pairs();
-    let Some(named) = named else { return all };
+    let Some(named) = named else { return stress::pairs() };
+    let all = stress::all_pairs();
     for name in named {
         if !all.contains(&name.as_str()) {
             problems.add("--pairs", format!("{name:?}"), all.join(", "));

@@ -54,19 +54,27 @@ pub struct ContactSettings<'a> {
 impl ContactSettings<'_> {
     /// Contacts of the knots, by a solver of ours; none where the engine solves them.
     fn of_knots(&self) -> Option<SurfaceContacts> {
+        // An impulse on a coordinate of elements moves what shares a cable with it: rows are of different knots, and act
+        // on each other all the same.
+        let coupled = self.solver.cables == CableModel::Ancf;
         let normal = match self.solver.contact {
             ContactModel::Rapier => return None,
+            ContactModel::Impulse if coupled => {
+                NormalSolver::GaussSeidel { lookahead: None, trial: Vec::new() }
+            }
             ContactModel::Impulse => NormalSolver::Woodbury(Woodbury::default()),
             ContactModel::Penalty => NormalSolver::Penalty {
                 force: PenaltyForce::new(self.net, &self.solver.penalty),
                 deepest: None,
             },
         };
-        let solver = ContactSolver { normal, friction: self.friction };
+        let solver = ContactSolver { normal, friction: self.friction, coupled };
         let push_out = PushOut::Speed(woodbury::PUSH_OUT);
         let parting = Parting { restitution: self.solver.restitution, push_out };
         let feature = Feature::knots(self.net, self.target, self.solver.precision);
-        Some(SurfaceContacts::new(feature, self.target, self.margin, solver, parting, None))
+        let contacts = SurfaceContacts::new(feature, self.target, self.margin, solver, parting, None);
+        // Elements move half a step, are kicked, and move half a step.
+        Some(if coupled { contacts.in_time() } else { contacts })
     }
 
     /// Contacts of the cables. The engine has no row for two knots and a target: where it solves the knots'
@@ -87,7 +95,7 @@ impl ContactSettings<'_> {
             Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),
             target,
             self.margin,
-            ContactSolver { normal, friction: self.friction },
+            ContactSolver { normal, friction: self.friction, coupled: true },
             Parting { restitution: if by_force { 0.0 } else { solver.restitution }, push_out },
             by_engine.then_some(DRAWN_IN),
         )
@@ -168,6 +176,15 @@ impl ContactManager {
             own.report(before, knots, target.as_ref(), contacts);
         }
         others(before, knots, contacts);
+    }
+
+    /// Knots that a solver of ours watches now.
+    pub fn watched(&self) -> impl Iterator<Item = usize> {
+        let own = match self {
+            ContactManager::Own(own) => Some(own.watched()),
+            _ => None,
+        };
+        own.into_iter().flatten()
     }
 
     /// Times a solver of ours had the engine look for contacts; none where the engine looks itself.

@@ -112,11 +112,11 @@ impl PenaltyForce {
     }
 
     /// Largest step at which knots that meet the target at `speed` [m/s], and are pressed in with `pull` [N], are
-    /// stable [s].
-    pub fn stable_step(&self, net: &Net, speed: f64, pull: f64) -> f64 {
+    /// stable [s]; `answering`: mass with which each answers an impulse [kg].
+    pub fn stable_step(&self, net: &Net, answering: &[f64], speed: f64, pull: f64) -> f64 {
         let n = self.exponent;
         let limit = |knot: usize| {
-            let (k, m) = (self.stiffness[knot], net.mass[knot]);
+            let (k, m) = (self.stiffness[knot], answering[knot]);
             let depth = self.deepest_pulled(net, knot, speed, pull);
             let frequency = (n * k * depth.powf(n - 1.0) / m).sqrt();
             let damping = match self.law {

@@ -7,6 +7,9 @@
 //! | [`super::penalty`] of knots | of different knots | each by its own overlap | at the velocities before |
 //! | [`super::penalty`] of cables | may share knots | each by its own overlap | row by row, at the velocities so far |
 //!
+//! Knots of cable elements are different ones and act on each other through the mass of the cables: their rows are solved
+//! as if they shared knots.
+//!
 //! Friction row by row never turns a slip, so where rows share knots it only takes energy.
 
 use nalgebra::Vector3;
@@ -47,6 +50,8 @@ pub struct ContactSolver {
     pub normal: NormalSolver,
     /// Friction, where an effect asks for it.
     pub friction: Option<Law>,
+    /// Whether an impulse of one row changes the speed of others within the net.
+    pub coupled: bool,
 }
 
 impl ContactSolver {
@@ -69,7 +74,7 @@ impl ContactSolver {
                 woodbury.solve(rows, target, wanted);
                 self.apply_at_once(rows, net, body, target);
             }
-            NormalSolver::Penalty { force, deepest: None } => {
+            NormalSolver::Penalty { force, deepest: None } if !self.coupled => {
                 force.solve(rows, step, None);
                 self.apply_at_once(rows, net, body, target);
             }

@@ -50,6 +50,8 @@ pub struct SurfaceContacts {
     planes_of: Vec<usize>,
     /// Length of the last (sub-)step [s].
     step: f64,
+    /// By what share of it velocities at the end of a step are behind positions [-].
+    lag: f64,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
 }
@@ -90,8 +92,20 @@ impl SurfaceContacts {
             rows: Vec::new(),
             planes_of: Vec::new(),
             step: 0.0,
+            lag: 0.5,
             n_detections: 0,
         }
+    }
+
+    /// The same of a net whose velocities at the end of a step are those of its positions.
+    #[must_use]
+    pub fn in_time(self) -> SurfaceContacts {
+        SurfaceContacts { lag: 0.0, ..self }
+    }
+
+    /// Knots with a plane, those with several of them again.
+    pub fn watched(&self) -> impl Iterator<Item = usize> {
+        self.planes.iter().map(|plane| plane.record.knot)
     }
 
     /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.
@@ -195,7 +209,7 @@ impl SurfaceContacts {
         contacts.extend(self.planes.iter().filter_map(|plane| {
             let mut contact = plane.contact(before, after)?;
             if let (Some(force), Some(body)) = (force, body) {
-                contact.stored = force.energy(contact.knot, plane.depth(after, body, 0.5 * self.step));
+                contact.stored = force.energy(contact.knot, plane.depth(after, body, self.lag * self.step));
             }
             Some(contact)
         }));
@@ -206,7 +220,7 @@ impl SurfaceContacts {
         let NormalSolver::Penalty { force, deepest: Some(deepest) } = &self.solver.normal else { return 0.0 };
         self.planes
             .iter()
-            .map(|plane| energy(force, deepest, plane, plane.depth(knots, body, 0.5 * self.step)))
+            .map(|plane| energy(force, deepest, plane, plane.depth(knots, body, self.lag * self.step)))
             .sum()
     }
 

@@ -32,7 +32,9 @@ use crate::options::{BuildContext, BuildOptions};
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
-use crate::state::{Body, EffectWork, FreeBody, State};
+use crate::state::elements::ElementNet;
+use crate::state::{Body, EffectWork, FreeBody, Knots, NetTotals, State};
+use crate::step;
 use crate::target::Motion;
 use crate::target::files::Files;
 use crate::target::motion::RigidMotion;
@@ -90,7 +92,6 @@ impl Chaser {
 
     /// The chaser just after the shot of `net`.
     pub fn recoiled(&self, net: &Net) -> FreeBody {
-        let inertia = Matrix3::from_diagonal(&self.inertia_kg_m2.map(|moment| moment.0).into());
         let centre = Vector3::from(self.centre_m);
         let shots = net.mass.iter().zip(&net.launch_velocity).zip(&net.folded);
         let (mut impulse, mut moment) = (Vector3::zeros(), Vector3::zeros());
@@ -98,6 +99,20 @@ impl Chaser {
             impulse -= *mass * velocity;
             moment -= (position - centre).cross(&(*mass * velocity));
         }
+        self.recoiled_by(impulse, moment)
+    }
+
+    /// The same of elements, between whose knots the shot moves all in a line.
+    fn recoiled_of_elements(&self, net: &Net, elements: &ElementNet) -> FreeBody {
+        let knots = Knots { position: net.folded.clone(), velocity: net.launch_velocity.clone() };
+        let NetTotals { momentum, angular_momentum, .. } = elements.motion(&knots, &elements.straight(&knots));
+        self.recoiled_by(-momentum, Vector3::from(self.centre_m).cross(&momentum) - angular_momentum)
+    }
+
+    /// The chaser after an impulse [N s] and a moment about its centre of mass [N m s].
+    fn recoiled_by(&self, impulse: Vector3<f64>, moment: Vector3<f64>) -> FreeBody {
+        let inertia = Matrix3::from_diagonal(&self.inertia_kg_m2.map(|moment| moment.0).into());
+        let centre = Vector3::from(self.centre_m);
         let rate = moment.component_div(&inertia.diagonal());
         FreeBody {
             body: Body {
@@ -135,7 +150,11 @@ impl Parameters for Chaser {
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
-        let start = self.recoiled(context.net);
+        let elements = step::method(context.solver).elements(context.net, context.solver);
+        let start = match elements {
+            Some(elements) => self.recoiled_of_elements(context.net, &elements),
+            None => self.recoiled(context.net),
+        };
         let about = format!("a free body of {} kg outside the engine", start.mass);
         let motion = RigidMotion::new(Motion::Free, start.inertia);
         Interaction::new("chaser", about, Recoiling { motion, start }).with_body(start)

@@ -29,6 +29,7 @@ use crate::interaction::{
 use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::state::{EffectWork, State};
+use crate::step;
 use crate::step::limits::THROW;
 
 /// The columns of thread `number`, from 0: its length, what is off its reels, its tension.
@@ -101,7 +102,7 @@ impl Parameters for Closing {
         let mesh = (net.designed_area / (n_meshes[0] * n_meshes[1])).sqrt();
         let distance = self.lock_distance_m.map_or(0.1 * mesh, |distance| distance.0);
         let lock = self.lock.then(|| Lock::new(&net.perimeter, distance));
-        let mut mechanism = Mechanism::new(lines, lock, &net.mass);
+        let mut mechanism = Mechanism::new(lines, lock, &step::answering_mass(context));
         if context.acts_in_substeps {
             mechanism.in_substeps();
         }

@@ -65,6 +65,10 @@ impl<F: Field> HalfKick for Active<F> {
     fn kicks_knots(&self) -> bool {
         self.acts
     }
+
+    fn kicks_elements(&self) -> bool {
+        true
+    }
 }
 
 impl<F: Field> StepObserver for Active<F> {

@@ -26,7 +26,7 @@
 //! hence of second order: relative errors of (Ω h)² / 12, 1e-8 at 0.3 rad/s and 0.5 ms. A force
 //! frozen over the step would be of first order, lag by half a sub-step, and gain energy by −2 Ω × v.
 //!
-//! Limits: fields are felt at knots and centres of mass; over a body they vary by their gradient
+//! Limits: fields are felt at knots, along cables with mass of their own, and at centres of mass; over a body they vary by their gradient
 //! (torque), not beyond (relative error: its size over the orbit's radius).
 
 pub mod orbit;
@@ -226,14 +226,10 @@ pub struct Masses {
 /// Kicks all knots and free bodies of `state`; returns the work and the impulses.
 pub fn kick(span: &Span, half: Half, state: &mut State, masses: &Masses) -> EffectWork {
     let mut posting = EffectWork::default();
-    let knots = &mut state.knots;
-    for ((position, velocity), mass) in knots.position.iter().zip(&mut knots.velocity).zip(&masses.knots) {
-        let change = span.kick(half, position, velocity);
-        let impulse = *mass * change;
-        posting.work += impulse.dot(&(*velocity + 0.5 * change));
-        posting.impulse += impulse;
-        posting.angular_impulse += position.cross(&impulse);
-        *velocity += change;
+    if state.elements.is_some() {
+        posting = kick_elements(span, half, state);
+    } else {
+        kick_knots(span, half, state, masses, &mut posting);
     }
     for (body, mass, inertia) in bodies(&mut state.target, &mut state.chaser, masses) {
         let inertia = in_local_frame(body, &inertia);
@@ -250,10 +246,46 @@ pub fn kick(span: &Span, half: Half, state: &mut State, masses: &Masses) -> Effe
     posting
 }
 
+/// Kicks elements as a whole. The field is linear over a net but for 1e-6 of a tide's.
+fn kick_elements(span: &Span, half: Half, state: &mut State) -> EffectWork {
+    let Some(elements) = state.elements.clone() else { return EffectWork::default() };
+    let before = elements.motion(&state.knots, &state.inner);
+    elements.kick(&mut state.knots, &mut state.inner, |x, v| span.kick(half, x, v));
+    state.renew_totals();
+    let after = elements.motion(&state.knots, &state.inner);
+    EffectWork {
+        work: after.kinetic - before.kinetic,
+        impulse: after.momentum - before.momentum,
+        angular_impulse: after.angular_momentum - before.angular_momentum,
+        ..EffectWork::default()
+    }
+}
+
+fn kick_knots(span: &Span, half: Half, state: &mut State, masses: &Masses, posting: &mut EffectWork) {
+    let knots = &mut state.knots;
+    for ((position, velocity), mass) in knots.position.iter().zip(&mut knots.velocity).zip(&masses.knots) {
+        let change = span.kick(half, position, velocity);
+        let impulse = *mass * change;
+        posting.work += impulse.dot(&(*velocity + 0.5 * change));
+        posting.impulse += impulse;
+        posting.angular_impulse += position.cross(&impulse);
+        *velocity += change;
+    }
+}
+
 /// Energy Φ of all knots and free bodies of `state` [J].
 pub fn stored_energy(frame: &Frame, state: &State, masses: &Masses) -> f64 {
-    let knots = state.knots.position.iter().zip(&masses.knots);
-    let mut energy: f64 = knots.map(|(position, mass)| mass * frame.potential(position)).sum();
+    let mut energy = match &state.elements {
+        Some(elements) => {
+            let mut energy = 0.0;
+            elements.mass_points(&state.knots, &state.inner, |mass, x, _| energy += mass * frame.potential(x));
+            energy
+        }
+        None => {
+            let knots = state.knots.position.iter().zip(&masses.knots);
+            knots.map(|(position, mass)| mass * frame.potential(position)).sum()
+        }
+    };
     let (mut target, mut chaser) = (state.target, state.chaser);
     for (body, mass, inertia) in bodies(&mut target, &mut chaser, masses) {
         energy += frame.potential_of_body(&body.position, mass, &in_local_frame(body, &inertia));

@@ -79,7 +79,10 @@ impl Curves {
             self.mouth_hull.push(mouth::planar_hull_share(case.net(), knots));
             self.gather.push(mouth::gather(case.net(), knots));
             self.coverage.push(mouth::coverage(&body.position, knots));
-            self.cables_inside.push(inside.count(&case.net().cables, knots, body));
+            self.cables_inside.push(match frames.lines.get(frame) {
+                Some(lines) => inside.count_lines(lines, body),
+                None => inside.count(&case.net().cables, knots, body),
+            });
             self.separation.push(separation);
             self.cqi.push(
                 w_volume * (volume - target.hull_volume).abs() / target.hull_volume

@@ -51,6 +51,14 @@ impl Inside {
         cables.iter().filter(|cable| self.meets(at(cable.a), at(cable.b))).count()
     }
 
+    /// The same of cables of several pieces each, given their ends.
+    pub fn count_lines(&self, cables: &[Vec<Vector3<f64>>], body: &Body) -> usize {
+        let goes_through = |line: &&Vec<Vector3<f64>>| {
+            line.windows(2).any(|ends| self.meets(body.to_body(&ends[0]), body.to_body(&ends[1])))
+        };
+        cables.iter().filter(goes_through).count()
+    }
+
     /// Whether the line from `a` to `b`, in the body frame, meets a part.
     fn meets(&self, a: Vector3<f64>, b: Vector3<f64>) -> bool {
         // Bounds first: most cables are far from the target, and from most of its parts.

@@ -51,18 +51,24 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
 }
 
 fn wide_meshes(case: &Case, target: &Target) -> Option<String> {
-    let mesh = case.net().cables.iter().map(|cable| cable.rest_length).fold(0.0, f64::max);
+    let spheres = case.scene().solver.spheres();
+    let longest = case.net().cables.iter().map(|cable| cable.rest_length).fold(0.0, f64::max);
+    let mesh = longest / f64::from(1 + spheres.unwrap_or(0));
     if case.scene().effects.cable_contact.is_some() {
         return None;
     }
     let thin = |part: &crate::target::parts::ConvexPart| part.primitive.thickness();
     let (part, least) = target.parts.iter().map(thin).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (mesh > least).then(|| {
-        format!(
+    (mesh > least).then(|| match spheres {
+        Some(_) => format!(
+            "what touches on a cable is up to {mesh:.3} m apart, part {part} of the target is {least:.3} m thick: cables may go \
+             through. Raise solver.ancf.spheres"
+        ),
+        None => format!(
             "knots are up to {mesh:.3} m apart, part {part} of the target is {least:.3} m thick, and only knots touch it: \
              cables may go through. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
             case.scene().solver.cables.cable_contact_price()
-        )
+        ),
     })
 }
 
@@ -87,12 +93,16 @@ fn millimetres(case: &Case, target: &Target) -> Option<String> {
 
 fn cables_inside(case: &Case, curves: &Curves) -> Option<String> {
     let (last, most) = (*curves.cables_inside.last()?, *curves.cables_inside.iter().max()?);
-    (most > 0 && case.scene().effects.cable_contact.is_none()).then(|| {
-        format!(
+    (most > 0 && case.scene().effects.cable_contact.is_none()).then(|| match case.scene().solver.spheres() {
+        Some(spheres) => format!(
+            "{last} cables go through the target at the end, {most} at most: of each its {spheres} spheres touch it and its two \
+             knots, and what is between them cuts corners. Raise solver.ancf.spheres"
+        ),
+        None => format!(
             "{last} cables go through the target at the end, {most} at most: only knots touch it, and a net hooked inside \
              holds what a real one does not. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
             case.scene().solver.cables.cable_contact_price()
-        )
+        ),
     })
 }
 

@@ -1,6 +1,6 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
-use super::estimate::{self, FRAME_KNOTS};
+use super::estimate;
 use super::schema::Scene;
 use crate::closing::trigger::Trigger;
 use crate::effects::chaser;
@@ -163,17 +163,17 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
     }
 }
 
-/// Checks that cable elements are asked for nothing but free flight.
+/// Checks that cable elements are not asked for contacts of straight cables.
 fn check_elements(scene: &Scene, problems: &mut Problems) {
     if scene.solver.cables != CableModel::Ancf {
         return;
     }
-    let allowed = "none: \"ancf\" cables fly free; use \"joints\" or \"explicit\" cables";
-    if scene.target.is_some() {
-        problems.add("target", "a target with \"ancf\" cables", allowed);
+    let found = "contact of straight cables with \"ancf\" cables, which bend";
+    if scene.effects.cable_contact.is_some() {
+        problems.add("effects.cable_contact", found, "none: they touch with solver.ancf.spheres on each");
     }
-    for name in scene.effects.named() {
-        problems.add(format!("effects.{name}"), "an effect with \"ancf\" cables", allowed);
+    if scene.effects.self_contact.is_some() {
+        problems.add("effects.self_contact", found, "none; use \"joints\" or \"explicit\" cables");
     }
 }
 
@@ -211,7 +211,7 @@ pub fn check_built(
         );
     }
     let n_frames = scene.duration_s.0 / scene.output.sample_s.0.max(step);
-    let n_positions = n_frames * net.n_knots().max(FRAME_KNOTS) as f64;
+    let n_positions = n_frames * estimate::positions(scene, net);
     if limits.exceeded(Limit::Positions, n_positions) {
         problems.add(
             "output.sample_s",

@@ -7,6 +7,7 @@ use crate::net::Net;
 use crate::options::TimeStep;
 use crate::scene::schema::Scene;
 use crate::solver::{CableModel, ContactModel};
+use crate::state::elements::PIECES;
 use crate::step::ancf;
 use crate::step::limits::Demands;
 use crate::target::Target;
@@ -27,6 +28,9 @@ const NEAR: f64 = 9.0;
 /// A knot or cable near a part, as the engine keeps it [bytes].
 const TOUCHING: f64 = 600.0;
 
+/// What a sphere on a cable of elements keeps of how others answer it: some 300 points [bytes].
+const ANSWER: f64 = 5000.0;
+
 /// A recorded position: three numbers, twice while the files are written, and the replay's copy: 62 [bytes].
 const POSITION: f64 = 64.0;
 
@@ -39,6 +43,12 @@ const PART: f64 = 4e3;
 
 /// A corner of a convex part [bytes].
 const CORNER: f64 = 1500.0;
+
+/// Positions that are recorded a frame: of knots, and along cables of elements where they may touch.
+pub fn positions(scene: &Scene, net: &Net) -> f64 {
+    let lines = scene.target.as_ref().and(scene.solver.spheres()).map_or(0, |_| (PIECES + 1) * net.cables.len());
+    (net.n_knots().max(FRAME_KNOTS) + lines) as f64
+}
 
 /// Memory that each place of a scene asks for [bytes].
 pub fn memory(scene: &Scene, demands: &Demands<'_>, time_step: TimeStep) -> Vec<(&'static str, f64)> {
@@ -53,7 +63,7 @@ pub fn memory(scene: &Scene, demands: &Demands<'_>, time_step: TimeStep) -> Vec<
     let n_frames = scene.duration_s.0 / scene.output.sample_s.0.max(time_step.step);
     let mut all = vec![
         ("net.meshes", PROGRAM + a_cable * n_cables),
-        ("output.sample_s", POSITION * n_frames * net.n_knots().max(FRAME_KNOTS) as f64),
+        ("output.sample_s", POSITION * n_frames * positions(scene, net)),
         ("duration_s", size_of::<f64>() as f64 * n_steps),
     ];
     if scene.effects.self_contact.is_some() {
@@ -64,10 +74,14 @@ pub fn memory(scene: &Scene, demands: &Demands<'_>, time_step: TimeStep) -> Vec<
     // A detection sees as far as the reach, and as a snap may throw a knot within a step.
     let reach = demands.contact_margin() + 2.0 * time_step.step * demands.fastest();
     let touching = TOUCHING * covering(target, reach);
+    let n_spheres = scene.solver.spheres().map_or(0.0, f64::from) * n_cables;
     all.push(("net.meshes", touching * n_knots));
+    if n_spheres > 0.0 {
+        all.push(("solver.ancf.spheres", (touching + ANSWER) * n_spheres));
+    }
     if scene.solver.contact != ContactModel::Rapier {
         let size = 2.0 * net.radius.iter().copied().fold(0.0, f64::max);
-        all.push(("solver.reach_m", NEAR * near_pairs(n_knots, size, net, reach)));
+        all.push(("solver.reach_m", NEAR * near_pairs(n_knots + n_spheres, size, net, reach)));
     }
     if scene.effects.cable_contact.is_some() {
         let longest = net.cables.iter().map(|cable| (net.folded[cable.b] - net.folded[cable.a]).norm());

@@ -115,6 +115,6 @@ impl Demands<'_> {
             return f64::INFINITY;
         }
         let force = PenaltyForce::new(self.net, &self.solver.penalty);
-        force.stable_step(self.net, self.contact_speed(), 2.0 * self.options.pull)
+        force.stable_step(self.net, &self.net.mass, self.contact_speed(), 2.0 * self.options.pull)
     }
 }

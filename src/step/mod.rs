@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`rapier_joints`] | yes, the default | yes: the same cables, another answer |
 //! | [`mass_spring`] | no: the engine solves contacts of bodies that it moves itself | yes: the source's solver |
-//! | [`ancf`] | no, likewise | not yet: free flight |
+//! | [`ancf`] | no, likewise | yes: on knots, and on spheres along the cables |
 
 pub mod adaptive;
 pub mod ancf;
@@ -14,7 +14,7 @@ pub mod mass_spring;
 pub mod rapier_joints;
 pub mod stepper;
 
-use crate::options::TimeStep;
+use crate::options::{BuildContext, TimeStep};
 use crate::solver::{CableModel, Solver};
 use limits::Demands;
 use stepper::Method;
@@ -26,6 +26,12 @@ pub fn method(solver: &Solver) -> &'static dyn Method {
         CableModel::Explicit => &mass_spring::Explicit,
         CableModel::Ancf => &ancf::CableElements,
     }
+}
+
+/// Mass with which each knot of `context` answers an impulse [kg].
+pub fn answering_mass(context: &BuildContext<'_>) -> Vec<f64> {
+    let elements = method(context.solver).elements(context.net, context.solver);
+    elements.map_or_else(|| context.net.mass.clone(), |elements| elements.answering_mass)
 }
 
 /// The step that suits a scene, whatever its own.

@@ -2,9 +2,11 @@
 
 use crate::failure::Failure;
 use crate::interaction::Interactions;
+use crate::net::Net;
 use crate::options::{BuildContext, TimeStep};
 use crate::solver::Solver;
 use crate::state::State;
+use crate::state::elements::ElementNet;
 use crate::step::limits::{Demands, StepLimits};
 use crate::work::Work;
 use crate::world::Census;
@@ -61,6 +63,11 @@ pub trait Method: Sync {
     /// Processor time of the cables and knots in `work`, on a quiet core of an AMD EPYC [s]: what contact and audit
     /// take is the same for all methods, and not in it.
     fn price(&self, solver: &Solver, n_knots: usize, n_cables: usize, work: &Work) -> f64;
+
+    /// The elements that it makes of a net, where it makes any.
+    fn elements(&self, _net: &Net, _solver: &Solver) -> Option<ElementNet> {
+        None
+    }
 
     /// Builds it.
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper>;

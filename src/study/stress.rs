@@ -274,9 +274,14 @@ fn judge(row: &mut StressRow, limit: Option<&KnownFailure>) {
     };
 }
 
-/// Names of the pairs, the default first.
+/// Names of the pairs that run where none is named, the default first.
 pub fn pairs() -> Vec<&'static str> {
     solver::PAIRS.iter().map(|pair| pair.2).collect()
+}
+
+/// Names of all pairs.
+pub fn all_pairs() -> Vec<&'static str> {
+    solver::PAIRS.iter().chain(&solver::ELEMENT_PAIRS).map(|pair| pair.2).collect()
 }
 
 impl StressCase {

@@ -14,8 +14,7 @@
 
 use nalgebra::DMatrix;
 
-/// Coordinates of an element: position and slope of its first node, of its second.
-pub const COORDINATES: usize = 4;
+pub use crate::state::elements::COORDINATES;
 
 /// A matrix of an element, the same for each of the three axes.
 pub type ElementMatrix = [[f64; COORDINATES]; COORDINATES];

@@ -14,28 +14,42 @@ use super::mass::{KnotMass, own_mass};
 use super::motion::{Axes, Coordinates, add, padded, two};
 use crate::net::Net;
 use crate::solver::Ancf;
-use crate::state::{Knots, NetTotals};
+use crate::state::Knots;
+use crate::state::elements::ElementNet;
 
 /// The net as cable elements.
 pub struct AncfNet {
-    arch: Arch,
-    layout: NodeList,
+    pub(super) arch: Arch,
+    pub(super) layout: NodeList,
     /// The knots at both ends of each cable.
-    ends: [Vec<usize>; 2],
-    knots: Coordinates,
+    pub(super) ends: [Vec<usize>; 2],
+    pub(super) knots: Coordinates,
     /// For each place in the list of a cable.
-    places: Vec<Coordinates>,
+    pub(super) places: Vec<Coordinates>,
     /// Forces of effects on the knots [N].
     push: Axes,
-    /// Mass of each knot without cables [kg].
-    own_mass: Vec<f64>,
-    knot_mass: KnotMass,
-    condensed: Condensation,
-    law: ElementLaw,
+    pub(super) knot_mass: KnotMass,
+    pub(super) condensed: Condensation,
+    pub(super) law: ElementLaw,
     /// Largest stress times area of each cable since it was last asked for [N].
     tension: Vec<f64>,
     /// What the dashpots of each cable took since then [J].
     dissipated: Vec<f64>,
+}
+
+/// The elements of `net` as the state knows them.
+pub fn element_net(net: &Net, ancf: &Ancf) -> ElementNet {
+    let elements = ancf.elements as usize;
+    let element_mass: Vec<f64> = net.cables.iter().map(|cable| cable.mass / elements as f64).collect();
+    let own_mass = own_mass(net);
+    let end = Condensation::new(NodeList { elements }).ends[0][0];
+    let mut answering_mass = own_mass.clone();
+    for (cable, mass) in net.cables.iter().zip(&element_mass) {
+        answering_mass[cable.a] += end * mass;
+        answering_mass[cable.b] += end * mass;
+    }
+    let ends = net.cables.iter().map(|cable| [cable.a, cable.b]).collect();
+    ElementNet { elements, ends, element_mass, own_mass, answering_mass }
 }
 
 impl AncfNet {
@@ -52,29 +66,12 @@ impl AncfNet {
             knots: Coordinates::of(net.n_knots()),
             places: vec![Coordinates::of(n_padded); layout.size()],
             push: [(); 3].map(|()| vec![0.0; net.n_knots()]),
-            own_mass: own_mass(net),
             knot_mass: KnotMass::new(net, &law.mass, &condensed),
             condensed,
             law,
             tension: vec![0.0; n_padded],
             dissipated: vec![0.0; n_padded],
         }
-    }
-
-    /// The own coordinates of all cables where every cable lies straight between its knots and moves with them.
-    pub fn straight(&self, knots: &Knots) -> Knots {
-        let own = |of: &[Vector3<f64>]| {
-            let mut inner = Vec::new();
-            for (&a, &b) in self.ends[0].iter().zip(&self.ends[1]) {
-                let piece = (of[b] - of[a]) / self.layout.elements as f64;
-                inner.extend(self.layout.inner().map(|place| match place % 2 {
-                    1 => piece,
-                    _ => of[a] + (place / 2) as f64 * piece,
-                }));
-            }
-            inner
-        };
-        Knots { position: own(&knots.position), velocity: own(&knots.velocity) }
     }
 
     /// Takes over the coordinates and their rates, and the forces of effects on the knots [N].
@@ -133,22 +130,16 @@ impl AncfNet {
         self.dissipated.iter_mut().map(std::mem::take).sum()
     }
 
-    /// Energies and momenta of all coordinates.
-    pub fn totals(&self) -> NetTotals {
-        let mut totals = NetTotals::default();
-        for (knot, &mass) in self.own_mass.iter().enumerate() {
-            let [x, v] = self.knots.get(knot);
-            totals.kinetic += 0.5 * mass * v.norm_squared();
-            totals.momentum += mass * v;
-            totals.angular_momentum += mass * x.cross(&v);
-        }
+    /// Elastic energy of all elements [J].
+    pub fn elastic(&self) -> f64 {
+        let mut energy = 0.0;
         for cable in 0..self.ends[0].len() {
-            let list: Vec<[Vector3<f64>; 2]> = self.places.iter().map(|place| place.get(cable)).collect();
-            for element in list.windows(COORDINATES).step_by(2) {
-                self.law.add_element(cable, element, &mut totals);
+            for element in 0..self.layout.elements {
+                let nodes = &self.places[2 * element..2 * element + COORDINATES];
+                energy += self.law.energy(cable, &std::array::from_fn(|i| nodes[i].get(cable)[0]));
             }
         }
-        totals
+        energy
     }
 
     /// Elastic forces on all coordinates, as they lie [N].
@@ -169,9 +160,19 @@ impl AncfNet {
         }
     }
 
+    /// v += h a of all coordinates.
+    #[inline(always)]
+    pub(super) fn speed_up(&mut self, step: f64) {
+        for Coordinates { velocity, acceleration, .. } in self.places.iter_mut().chain([&mut self.knots]) {
+            for (velocity, acceleration) in velocity.iter_mut().zip(acceleration) {
+                add(velocity, step, acceleration);
+            }
+        }
+    }
+
     /// From forces to accelerations along `axis`: the condensed matrix for the knots, then every cable's own.
     #[inline(always)]
-    fn accelerate(&mut self, axis: usize) {
+    pub(super) fn accelerate(&mut self, axis: usize) {
         let n = self.tension.len();
         let [first, last] = self.layout.ends();
         for (i, place) in self.layout.inner().enumerate() {
@@ -182,7 +183,7 @@ impl AncfNet {
             }
         }
         let at_knots = &mut self.knots.acceleration[axis];
-        at_knots.copy_from_slice(&self.push[axis]);
+        at_knots.copy_from_slice(&self.knots.force[axis]);
         for (ends, place) in self.ends.iter().zip([first, last]) {
             for (&knot, force) in ends.iter().zip(&self.places[place].force[axis]) {
                 at_knots[knot] += force;
@@ -255,17 +256,16 @@ impl NullaryFnOnce for Kick<'_> {
     fn call(self) {
         let Kick { net, step } = self;
         net.pull();
+        for (force, push) in net.knots.force.iter_mut().zip(&net.push) {
+            force.copy_from_slice(push);
+        }
         for axis in 0..3 {
             net.accelerate(axis);
         }
         if net.law.damped {
             net.law.book(&net.places, step, &mut net.dissipated);
         }
-        for Coordinates { velocity, acceleration, .. } in net.places.iter_mut().chain([&mut net.knots]) {
-            for (velocity, acceleration) in velocity.iter_mut().zip(acceleration) {
-                add(velocity, step, acceleration);
-            }
-        }
+        net.speed_up(step);
     }
 }
 
@@ -308,7 +308,7 @@ mod tests {
     }
 
     fn ancf(elements: u32, bending: bool) -> Ancf {
-        Ancf { elements, bending }
+        Ancf { elements, bending, ..Ancf::default() }
     }
 
     /// Elastic forces on all coordinates at `knots` and `inner`.
@@ -330,7 +330,7 @@ mod tests {
         let shift = Vector3::new(3.0, -2.0, 5.0);
         let position = net().folded.iter().map(|x| shift + turn * (factor * x)).collect();
         let knots = Knots { position, velocity: vec![Vector3::zeros(); 3] };
-        let inner = AncfNet::new(&net(), ancf).straight(&knots);
+        let inner = element_net(&net(), ancf).straight(&knots);
         (knots, inner)
     }
 
@@ -377,7 +377,7 @@ mod tests {
             let energy = |inner: &Knots| {
                 let mut elements = AncfNet::new(&net(), &ancf);
                 elements.load(&knots, inner, &[]);
-                elements.totals().elastic
+                elements.elastic()
             };
             let layout = NodeList { elements: 2 };
             let inner_of: Vec<usize> = (0..2)
@@ -426,7 +426,7 @@ mod tests {
             elements.kick(1.0);
             // What is missing at each knot, and the largest at any inner coordinate.
             let mut missing = push;
-            for (knot, &mass) in elements.own_mass.iter().enumerate() {
+            for (knot, mass) in own_mass(&net()).into_iter().enumerate() {
                 missing[knot] -= mass * elements.knots.get(knot)[1];
             }
             let scale = all.iter().map(Vector3::norm).fold(1.0, f64::max);

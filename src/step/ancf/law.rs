@@ -2,11 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::element::{BEND, GaussPoint, MASS, POINTS, gauss};
+use super::element::{BEND, COORDINATES, GaussPoint, POINTS, gauss};
 use super::motion::{Coordinates, LANES, Lanes, add_lanes, apart, lanes, lanes_of, padded};
 use crate::net::Net;
 use crate::solver::Ancf;
-use crate::state::NetTotals;
 
 /// The law of the elements of each cable.
 pub(super) struct ElementLaw {
@@ -167,37 +166,23 @@ impl ElementLaw {
         }
     }
 
-    /// Adds an element of `cable`, given position and velocity of its coordinates.
-    pub(super) fn add_element(&self, cable: usize, element: &[[Vector3<f64>; 2]], totals: &mut NetTotals) {
-        let mass = self.mass[cable];
-        for (row, [x, _]) in MASS.iter().zip(element) {
-            // The momentum that goes with this coordinate.
-            let moved: Vector3<f64> =
-                row.iter().zip(element).map(|(factor, [_, v])| mass * *factor * v).sum();
-            totals.angular_momentum += x.cross(&moved);
-        }
-        for (row, [_, v]) in MASS.iter().zip(element) {
-            let moved: Vector3<f64> =
-                row.iter().zip(element).map(|(factor, [_, v])| mass * *factor * v).sum();
-            totals.kinetic += 0.5 * v.dot(&moved);
-        }
-        // ∫ S dξ.
-        for (share, [_, v]) in [0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0].into_iter().zip(element) {
-            totals.momentum += mass * share * v;
-        }
-        let [[r0, _], [s0, _], [r1, _], [s1, _]] = element else { return };
+    /// Elastic energy of an element of `cable` with these coordinates [J].
+    pub(super) fn energy(&self, cable: usize, element: &[Vector3<f64>; COORDINATES]) -> f64 {
+        let mut energy = 0.0;
+        let [r0, s0, r1, s1] = element;
         for GaussPoint { weight, chord, slopes: [first, second] } in &self.points {
             let rho = *chord * (r1 - r0) + *first * s0 + *second * s1;
             let strain = (0.5 * (rho.norm_squared() * self.inverse_square[cable] - 1.0)).max(0.0);
             let square = self.length[cable] * self.length[cable];
-            totals.elastic += 0.5 * weight * self.axial[cable] * square * strain * strain;
+            energy += 0.5 * weight * self.axial[cable] * square * strain * strain;
         }
         if let Some(bending) = &self.bending {
-            for (row, [x, _]) in BEND.iter().zip(element) {
-                let bent: Vector3<f64> = row.iter().zip(element).map(|(factor, [x, _])| *factor * x).sum();
-                totals.elastic += 0.5 * bending[cable] * x.dot(&bent);
+            for (row, x) in BEND.iter().zip(element) {
+                let bent: Vector3<f64> = row.iter().zip(element).map(|(factor, x)| *factor * x).sum();
+                energy += 0.5 * bending[cable] * x.dot(&bent);
             }
         }
+        energy
     }
 }
 

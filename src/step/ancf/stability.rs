@@ -4,11 +4,15 @@
 //! Those of a net are no larger than the largest of an element by itself: ω² = κ E A / (μ l) + κ_b E I / (μ l³) for a
 //! straight one at its own length, γ = κ_c c / μ.
 
+use crate::contact::penalty::PenaltyForce;
 use crate::net::Net;
 use crate::solver::Ancf;
+use crate::step::limits::Demands;
 
 use super::element::{BEND, ElementMatrix, STRETCH, largest_eigenvalue};
+use super::kernel::element_net;
 use super::law::bending_stiffness;
+use super::points::{answering_mass, point_net};
 
 /// Share of the stable step that is chosen when a scene leaves the step out.
 pub const SAFE: f64 = 0.6;
@@ -29,6 +33,27 @@ pub fn stable_step(net: &Net, ancf: &Ancf) -> f64 {
         ((damping * damping + 4.0 * square).sqrt() - damping) / square
     };
     (0..net.cables.len()).map(of).fold(f64::INFINITY, f64::min)
+}
+
+/// The same with a contact force beside cables that are stable up to `stable` seconds: their ω² add up, and points answer
+/// with less than the mass that is lumped on them.
+pub fn stable_with_contact(stable: f64, demands: &Demands<'_>, ancf: &Ancf) -> f64 {
+    if !demands.has_contact_force() {
+        return stable;
+    }
+    let points = point_net(demands.net, ancf);
+    let force = PenaltyForce::new(&points, &demands.solver.penalty);
+    let answering = answering_mass(demands.net, ancf);
+    let pull = 2.0 * demands.options.pull;
+    let of_contact = force.stable_step(&points, &answering, demands.contact_speed(), pull);
+    1.0 / (1.0 / (stable * stable) + 1.0 / (of_contact * of_contact)).sqrt()
+}
+
+/// [`Demands::throwing_step`] for knots that answer with less than their mass [s].
+pub fn throwing_step(demands: &Demands<'_>, ancf: &Ancf) -> f64 {
+    let lightest = |masses: &[f64]| masses.iter().copied().fold(f64::INFINITY, f64::min);
+    let answering = element_net(demands.net, ancf).answering_mass;
+    demands.throwing_step() * lightest(&answering) / lightest(&demands.net.mass)
 }
 
 #[cfg(test)]

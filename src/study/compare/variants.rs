@@ -5,7 +5,7 @@ use crate::problems::Problems;
 use crate::scene::Source;
 use crate::solver;
 
-/// The pairs of cables and contact that are compared when no other is named: all that capture.
+/// The pairs of cables and contact that are compared when no other is named.
 pub const PAIRS: [&str; solver::PAIRS.len()] = {
     let mut names = [""; solver::PAIRS.len()];
     let mut i = 0;
@@ -129,7 +129,7 @@ pub fn of_scenes(
 /// Solver pairs, written `cables+contact`.
 fn pairs(named: &[String], problems: &mut Problems) -> Vec<Choice> {
     let mut choices: Vec<Choice> = Vec::new();
-    let known: Vec<&str> = solver::PAIRS.iter().chain(&solver::FLIGHT_PAIRS).map(|pair| pair.2).collect();
+    let known: Vec<&str> = solver::PAIRS.iter().chain(&solver::ELEMENT_PAIRS).map(|pair| pair.2).collect();
     for pair in named {
         let Some((cables, contact)) = pair.split_once('+').filter(|_| known.contains(&pair.as_str())) else {
             let found = if pair.is_empty() { "an empty list or name" } else { pair };

@@ -14,7 +14,7 @@ use crate::effects::Effects;
 use crate::problems::Problems;
 use crate::read;
 use crate::scene::Source;
-use crate::solver::{CableModel, ContactModel, FLIGHT_PAIRS, Integrator, JOINTS_STEP, PAIRS, Precision};
+use crate::solver::{CableModel, ContactModel, ELEMENT_PAIRS, Integrator, JOINTS_STEP, PAIRS, Precision};
 use crate::step::mass_spring::stability::stable_step;
 
 /// Steps of the engine that are tried [s].
@@ -199,10 +199,10 @@ fn located(dials: &mut Dials<'_>, base: &Case) {
     }
 }
 
-/// Cable models that this file does not know by name; not those that only fly, which are no setting of one accuracy
-/// but another model: what they differ by is no error of a step.
+/// Cable models that this file does not know by name; not elements, which are no setting of one accuracy but
+/// another model: what they differ by is no error of a step.
 fn others(dials: &mut Dials<'_>) {
-    let known: Vec<String> = PAIRS.iter().chain(&FLIGHT_PAIRS).map(|(cables, ..)| name(cables)).collect();
+    let known: Vec<String> = PAIRS.iter().chain(&ELEMENT_PAIRS).map(|(cables, ..)| name(cables)).collect();
     for cables in names::<CableModel>().into_iter().filter(|cables| !known.contains(cables)) {
         let changes = [format!("solver.cables={cables}"), "solver.contact=impulse".to_owned()];
         dials.add(DialKind::Method, "other cables", cables, None, &changes);

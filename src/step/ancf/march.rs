@@ -1,0 +1,225 @@
+//! A step with cable elements: sub-steps of cables, threads and contact.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::kernel::{AncfNet, element_net};
+use super::points::{TouchPoints, Touching, point_net};
+use crate::contact::{ContactManager, ContactSettings};
+use crate::failure::{self, Failure};
+use crate::interaction::Interactions;
+use crate::net::Net;
+use crate::options::BuildContext;
+use crate::solver::Ancf;
+use crate::state::elements::ElementNet;
+use crate::state::{Body, Knots, NetTotals, State};
+use crate::step::stepper::{StepReport, Stepper};
+use crate::target::motion::RigidMotion;
+use crate::work::{Clock, Work};
+use crate::world::Census;
+
+/// Cables as elements, at work.
+pub struct AncfMarch {
+    net: AncfNet,
+    elements: Arc<ElementNet>,
+    motion: Option<RigidMotion>,
+    touch: Option<Touch>,
+    /// Knots that threads may pull in this step, and whether one was in this sub-step.
+    reached: Vec<usize>,
+    touched: Vec<bool>,
+    substep: f64,
+    n_substeps: u32,
+}
+
+/// Contact with the target.
+struct Touch {
+    manager: ContactManager,
+    points: TouchPoints,
+    /// The points as a state without a net; what they were at the start of the step.
+    at: State,
+    before: Knots,
+    /// Velocities of the points before the cables pulled in this sub-step [m/s]; kept where contacts bounce.
+    unkicked: Knots,
+    bounces: bool,
+}
+
+/// What a scene with elements is refused for, where it comes from elsewhere than a scene.
+fn refusal(with: &Interactions) -> Option<&'static str> {
+    let all = [
+        (with.kick_only_knots(), "an effect that kicks knots and no elements"),
+        (with.touch(), "an effect that answers contacts of its own"),
+    ];
+    all.into_iter().find(|(is_there, _)| *is_there).map(|(_, what)| what)
+}
+
+impl AncfMarch {
+    /// For the scene of `context`.
+    pub fn new(context: &BuildContext<'_>) -> AncfMarch {
+        let BuildContext { net, target, solver, time_step, .. } = *context;
+        let ancf = solver.ancf.unwrap_or_default();
+        AncfMarch {
+            net: AncfNet::new(net, &ancf),
+            elements: Arc::new(element_net(net, &ancf)),
+            motion: target.map(RigidMotion::of),
+            touch: context
+                .contact_settings()
+                .map(|settings| Touch::new(&settings, net, &ancf, solver.restitution > 0.0)),
+            reached: Vec::new(),
+            touched: vec![false; net.n_knots()],
+            substep: time_step.step / f64::from(time_step.substeps),
+            n_substeps: time_step.substeps,
+        }
+    }
+
+    /// Threads pull at knots, whose cables answer; whether any pulled.
+    fn constrain(&mut self, state: &mut State, with: &mut Interactions) -> bool {
+        let knots = &mut state.knots;
+        for &knot in &self.reached {
+            [knots.position[knot], knots.velocity[knot]] = self.net.knots.get(knot);
+        }
+        with.solve_constraints(knots, self.substep, &mut self.touched);
+        let mut any = false;
+        for &knot in &self.reached {
+            if !std::mem::take(&mut self.touched[knot]) {
+                continue;
+            }
+            if !any {
+                self.net.begin_impulses();
+                any = true;
+            }
+            // The thread took the knot for one that answers alone.
+            let change = knots.velocity[knot] - self.net.knots.get(knot)[1];
+            self.net.add_impulse(knot, &(self.elements.answering_mass[knot] * change));
+        }
+        if any {
+            self.net.answer_impulses();
+        }
+        any
+    }
+
+    fn drift(&mut self, body: &mut Option<Body>, step: f64) {
+        self.net.drift(step);
+        if let (Some(motion), Some(body)) = (&self.motion, body) {
+            motion.drift(body, step);
+        }
+    }
+
+    fn totals(&self, state: &State) -> NetTotals {
+        let elastic = self.net.elastic();
+        NetTotals { elastic, ..self.elements.motion(&state.knots, &state.inner) }
+    }
+}
+
+impl Stepper for AncfMarch {
+    fn start(&mut self, state: &mut State) {
+        state.inner = self.elements.straight(&state.knots);
+        state.elements = Some(Arc::clone(&self.elements));
+        self.net.load(&state.knots, &state.inner, &[]);
+        state.totals = Some(self.totals(state));
+    }
+
+    fn step(
+        &mut self,
+        _before: &State,
+        state: &mut State,
+        with: &mut Interactions,
+        work: &mut Work,
+    ) -> Result<StepReport, Failure> {
+        if let Some(what) = refusal(with) {
+            return Err(Failure::Refused { what });
+        }
+        let mut clock = Clock::start();
+        self.net.load(&state.knots, &state.inner, &state.forces.on_knots);
+        if let (Some(touch), Some(body)) = (&mut self.touch, &state.target) {
+            touch.begin(&mut self.net, body, self.substep * f64::from(self.n_substeps));
+        }
+        clock.lap(&mut work.stages.contact);
+
+        with.constrained_knots(&mut self.reached);
+        let mut any = false;
+        self.drift(&mut state.target, 0.5 * self.substep);
+        for left in (0..self.n_substeps).rev() {
+            if let Some(touch) = &mut self.touch {
+                touch.before_kick(&self.net);
+            }
+            self.net.kick(self.substep);
+            if !self.reached.is_empty() {
+                any |= self.constrain(state, with);
+            }
+            if let (Some(touch), Some(body)) = (&mut self.touch, &mut state.target) {
+                any |= touch.solve(&mut self.net, body, self.substep);
+            }
+            self.drift(&mut state.target, if left == 0 { 0.5 } else { 1.0 } * self.substep);
+        }
+        self.net.store(&mut state.knots, &mut state.inner);
+        self.net.take_tension(&mut state.tension);
+        state.totals = Some(self.totals(state));
+        failure::check(state, "cables")?;
+        work.substeps += u64::from(self.n_substeps);
+        clock.lap(&mut work.stages.cables);
+
+        if let Some(touch) = &mut self.touch {
+            touch.report(&self.net, state);
+            work.detections = touch.manager.n_detections().unwrap_or(work.detections);
+        }
+        clock.lap(&mut work.stages.contact);
+        // Kick by kick, what a contact pushes out and cables press back would count as lost: with impulses in the step
+        // what cables took is what is left over.
+        let cable_loss = Some(self.net.take_dissipated()).filter(|_| !any);
+        Ok(StepReport { cable_loss, ..StepReport::default() })
+    }
+
+    /// No body, no joint, and colliders where there is a target.
+    fn census(&self) -> Census {
+        let colliders = self.touch.as_ref().map_or(0, |touch| touch.manager.n_colliders());
+        Census { colliders, ..Census::default() }
+    }
+}
+
+impl Touch {
+    fn new(settings: &ContactSettings<'_>, net: &Net, ancf: &Ancf, bounces: bool) -> Touch {
+        let points = point_net(net, ancf);
+        Touch {
+            manager: ContactManager::new(Some(&ContactSettings { net: &points, ..*settings })),
+            points: TouchPoints::new(net, ancf),
+            at: State::default(),
+            before: Knots::default(),
+            unkicked: Knots::default(),
+            bounces,
+        }
+    }
+
+    /// Before a step of `step` seconds: finds what is near anew where it is stale.
+    fn begin(&mut self, net: &mut AncfNet, body: &Body, step: f64) {
+        self.points.place(net, &mut self.at.knots);
+        self.before.clone_from(&self.at.knots);
+        self.at.target = Some(*body);
+        self.manager.begin(&mut self.at);
+        self.manager.update(&self.at, step);
+        self.points.watch(net, self.manager.watched());
+    }
+
+    fn before_kick(&mut self, net: &AncfNet) {
+        if self.bounces {
+            self.points.place(net, &mut self.unkicked);
+        }
+    }
+
+    /// Solves the contacts of a sub-step; whether any acted.
+    fn solve(&mut self, net: &mut AncfNet, body: &mut Body, step: f64) -> bool {
+        let before: &[Vector3<f64>] = &self.unkicked.velocity;
+        let mut touching = Touching { net, points: &mut self.points, before };
+        self.manager.solve(&mut touching, body, step);
+        self.points.release(net)
+    }
+
+    /// Writes the contacts of the step.
+    fn report(&mut self, net: &AncfNet, state: &mut State) {
+        self.points.place(net, &mut self.at.knots);
+        self.at.target = state.target;
+        self.manager.report(&self.before, &mut self.at, |_, _, _| {});
+        state.contacts.clear();
+        state.contacts.extend(self.at.contacts.iter().map(|contact| self.points.named(contact)));
+    }
+}
