@@ -291,7 +291,8 @@ impl Recorder {
         self.tensions.fill(0.0);
         self.contact_impulses.fill(Vector3::zeros());
         if let (Some(elements), Some(_)) = (&state.elements, &state.target) {
-            let lines = (0..elements.ends.len()).map(|cable| elements.line(cable, &state.knots, &state.inner));
+            let lines =
+                (0..elements.ends.len()).map(|cable| elements.line(cable, &state.knots, &state.inner));
             frames.lines.push(lines.collect());
         }
         frames.target.extend(state.target);

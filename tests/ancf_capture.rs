@@ -17,7 +17,7 @@ use tumblenet::step::ancf::points::{TouchPoints, Touching};
 /// A net of 4 x 4 meshes meets a free box that tumbles, off its centre, and wraps it.
 fn capture(changes: Value) -> Case {
     let mut scene = json!({
-        "title": "capture", "duration_s": 0.2,
+        "title": "capture", "duration_s": 0.12,
         "net": { "meshes": [4, 4], "mesh_length_m": 0.1, "bullet_mass_kg": 0.03,
                  "cable": { "material": "nylon", "diameter_m": 0.001 }, "fold": { "scheme": "scaled", "ratio": 0.3 } },
         "launch": { "speed_m_s": 5.0, "angle_deg": 25.0 },
@@ -47,10 +47,11 @@ fn kept(what: &str, case: &Case, overlap: f64) -> Run {
     let found = Conservation::of(case, &run);
     println!("{what}: {found:?}, {:?}", run.work);
     assert!(run.work.contacts > 50, "{what} hardly touched");
+    // Measured over the tests of this file: 1.1e-13, 1.3e-13, 3.4e-4 (undamped), 2e-4.
     below(&format!("{what}: momentum"), found.momentum_residual, 1e-9);
     below(&format!("{what}: angular momentum"), found.angular_momentum_residual, 1e-9);
     below(&format!("{what}: energy created"), found.energy_created, 1e-3);
-    below(&format!("{what}: energy residual"), found.energy_residual, 1e-2);
+    below(&format!("{what}: energy residual"), found.energy_residual, 2e-3);
     let radius = case.net().radius[0];
     below(&format!("{what}: overlap over the radius"), run.extremes.penetration / radius, overlap);
     run
@@ -60,27 +61,33 @@ fn kept(what: &str, case: &Case, overlap: f64) -> Run {
 fn impulses_keep_momentum_make_no_energy_and_leave_nothing_inside() {
     kept("impulse", &capture(json!({})), 0.5);
     kept("undamped", &capture(json!({ "net": { "cable": { "damping_ratio": 0.0 } } })), 0.5);
-    let rubbed = json!({ "effects": { "friction": { "coefficient": 0.3 } }, "solver": { "restitution": 0.5 } });
+    let rubbed =
+        json!({ "effects": { "friction": { "coefficient": 0.3 } }, "solver": { "restitution": 0.5 } });
     kept("friction and restitution", &capture(rubbed), 0.5);
 }
 
 #[test]
 fn forces_keep_momentum_and_make_no_energy() {
-    let rubbed = json!({ "effects": { "friction": { "coefficient": 0.3 } }, "solver": { "contact": "penalty" } });
-    kept("penalty and friction", &capture(rubbed), 2.0);
+    let rubbed =
+        json!({ "effects": { "friction": { "coefficient": 0.3 } }, "solver": { "contact": "penalty" } });
+    kept("penalty and friction", &capture(rubbed), 1.0); // measured 0.23
 }
 
 /// A thread through the perimeter closes the mouth, and its winches' work is in the books.
 #[test]
 fn threads_close_a_net_of_elements() {
-    let closing = json!({ "effects": { "closing": { "layout": "tube", "trigger": { "on": "time", "at_s": 0.08 },
-                          "reel_speed_m_s": 1.0, "max_tension_n": 2.0, "lock": true } } });
-    let case = capture(closing);
+    let closing = json!({ "closing": { "layout": "tube", "trigger": { "on": "time", "at_s": 0.08 },
+                          "reel_speed_m_s": 1.0, "max_tension_n": 2.0, "lock": true } });
+    let case = capture(json!({ "effects": closing, "duration_s": 0.2 }));
     let closed = kept("tube", &case, 0.5);
     let mouth = |run: &Run| Curves::of(&case, run).mouth_hull.last().copied().unwrap();
-    let open = common::run(&capture(json!({})));
-    below("mouth with a thread over that without", mouth(&closed) / mouth(&open), 0.9);
-    let tension = closed.reports.iter().flat_map(|(_, report)| &report.numbers).find(|(key, _)| *key == "max_tension_n");
+    let open = common::run(&capture(json!({ "duration_s": 0.2 })));
+    below("mouth with a thread over that without", mouth(&closed) / mouth(&open), 0.9); // measured 0.61
+    let tension = closed
+        .reports
+        .iter()
+        .flat_map(|(_, report)| &report.numbers)
+        .find(|(key, _)| *key == "max_tension_n");
     let tension = tension.and_then(|(_, value)| value.as_f64()).unwrap();
     below("largest tension over the limit", (tension / 2.0 - 1.0).abs(), 1e-9);
 }

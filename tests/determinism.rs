@@ -113,7 +113,7 @@ fn hashed() -> Vec<(&'static str, String)> {
     // Elements take short steps: a small net, shot onto a target close by.
     let elements = ["impulse", "penalty"].map(|contact| {
         let solver = format!("solver.cables=ancf solver.contact={contact}");
-        let near = "duration_s=0.08 net.meshes=[3,3] target.distance_m=0.15 target.motion=free";
+        let near = "duration_s=0.08 capture.hold_s=0 net.meshes=[3,3] target.distance_m=0.15";
         ("cubesat-spin-x-2.0-tube", format!(r#"{near} {solver} effects.friction={{"coefficient":0.3}}"#))
     });
     short.chain([tube]).chain(touching).chain(elements).chain(past_contact).collect()

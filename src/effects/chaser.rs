@@ -105,7 +105,8 @@ impl Chaser {
     /// The same of elements, between whose knots the shot moves all in a line.
     fn recoiled_of_elements(&self, net: &Net, elements: &ElementNet) -> FreeBody {
         let knots = Knots { position: net.folded.clone(), velocity: net.launch_velocity.clone() };
-        let NetTotals { momentum, angular_momentum, .. } = elements.motion(&knots, &elements.straight(&knots));
+        let NetTotals { momentum, angular_momentum, .. } =
+            elements.motion(&knots, &elements.straight(&knots));
         self.recoiled_by(-momentum, Vector3::from(self.centre_m).cross(&momentum) - angular_momentum)
     }
 

@@ -278,7 +278,8 @@ pub fn stored_energy(frame: &Frame, state: &State, masses: &Masses) -> f64 {
     let mut energy = match &state.elements {
         Some(elements) => {
             let mut energy = 0.0;
-            elements.mass_points(&state.knots, &state.inner, |mass, x, _| energy += mass * frame.potential(x));
+            elements
+                .mass_points(&state.knots, &state.inner, |mass, x, _| energy += mass * frame.potential(x));
             energy
         }
         None => {

@@ -46,7 +46,8 @@ const CORNER: f64 = 1500.0;
 
 /// Positions that are recorded a frame: of knots, and along cables of elements where they may touch.
 pub fn positions(scene: &Scene, net: &Net) -> f64 {
-    let lines = scene.target.as_ref().and(scene.solver.spheres()).map_or(0, |_| (PIECES + 1) * net.cables.len());
+    let lines =
+        scene.target.as_ref().and(scene.solver.spheres()).map_or(0, |_| (PIECES + 1) * net.cables.len());
     (net.n_knots().max(FRAME_KNOTS) + lines) as f64
 }
 

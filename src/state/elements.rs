@@ -195,7 +195,13 @@ mod tests {
     use super::*;
 
     fn net() -> ElementNet {
-        ElementNet { elements: 2, ends: vec![[0, 1], [1, 2]], element_mass: vec![0.3, 0.2], own_mass: vec![1.0, 0.0, 0.5], answering_mass: Vec::new() }
+        ElementNet {
+            elements: 2,
+            ends: vec![[0, 1], [1, 2]],
+            element_mass: vec![0.3, 0.2],
+            own_mass: vec![1.0, 0.0, 0.5],
+            answering_mass: Vec::new(),
+        }
     }
 
     fn somewhere(n: usize, phase: f64) -> Knots {
@@ -212,7 +218,8 @@ mod tests {
     #[test]
     fn a_cable_that_moves_straight_has_the_momentum_of_its_mass() {
         let net = net();
-        let knots = Knots { position: somewhere(3, 0.0).position, velocity: vec![Vector3::new(1.0, -2.0, 0.5); 3] };
+        let knots =
+            Knots { position: somewhere(3, 0.0).position, velocity: vec![Vector3::new(1.0, -2.0, 0.5); 3] };
         let totals = net.motion(&knots, &net.straight(&knots));
         let mass = 1.5 + 2.0 * 0.5;
         assert!((totals.momentum - mass * knots.velocity[0]).norm() < 1e-14);
@@ -225,7 +232,8 @@ mod tests {
         let net = net();
         let (mut knots, mut inner) = (somewhere(3, 0.0), somewhere(8, 9.0));
         let rate = Vector3::new(0.2, -0.4, 0.7);
-        let field = |x: &Vector3<f64>, v: &Vector3<f64>| Vector3::x() + rate.cross(v) + rate.cross(&rate.cross(x));
+        let field =
+            |x: &Vector3<f64>, v: &Vector3<f64>| Vector3::x() + rate.cross(v) + rate.cross(&rate.cross(x));
         let points = |knots: &Knots, inner: &Knots| {
             let mut all = Vec::new();
             net.mass_points(knots, inner, |_, x, v| all.push((*x, *v)));

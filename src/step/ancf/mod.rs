@@ -26,8 +26,8 @@
 //! the curvature. The shot moves what lies between two knots as a straight line between them.
 
 pub mod element;
-pub mod kernel;
 mod impulse;
+pub mod kernel;
 mod law;
 mod march;
 pub mod mass;

@@ -35,13 +35,16 @@ pub struct Sphere {
     shape: [f64; COORDINATES],
 }
 
+/// Points that an impulse on one moves, each with D [1/kg].
+type Moved = Box<[(usize, f64)]>;
+
 /// The points of a net of elements that touch: its knots first, then the spheres.
 pub struct TouchPoints {
     n_knots: usize,
     /// The first knot of the cable of each sphere, and the sphere.
     spheres: Vec<(usize, Sphere)>,
     /// For each point that was watched so far, the points that it moves with D [1/kg].
-    answers: Vec<Option<Box<[(usize, f64)]>>>,
+    answers: Vec<Option<Moved>>,
     /// D_pp of those [1/kg].
     own: Vec<f64>,
     /// Change of velocity of each point by the impulses of this sub-step [m/s], and which are not zero.
