@@ -12,7 +12,7 @@ use tumblenet::metrics::conservation::Conservation;
 use tumblenet::run::Run;
 use tumblenet::state::Knots;
 use tumblenet::step::ancf::kernel::{AncfNet, element_net};
-use tumblenet::step::ancf::points::{TouchPoints, Touching};
+use tumblenet::step::ancf::points::{PointsInContact, TouchPoints};
 
 /// A net of 4 x 4 meshes meets a free box that tumbles, off its centre, and wraps it.
 fn capture(changes: Value) -> Case {
@@ -126,7 +126,7 @@ fn what_impulses_do_is_foreseen_and_keeps_momentum() {
         1e-3 * Vector3::new(phase.sin(), (1.7 * phase).cos(), (2.3 * phase).sin())
     };
     let pushed: Vec<usize> = (0..n).step_by(3).collect();
-    let mut touching = Touching { net: &moving, points: &mut points, before: &[] };
+    let mut touching = PointsInContact { net: &moving, points: &mut points, before: &[] };
     pushed.iter().for_each(|&point| touching.push(point, &impulse(point), 1.0));
     let foreseen: Vec<Vector3<f64>> = (0..n).map(|point| touching.velocity(point)).collect();
     assert!(points.release(&mut moving));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::kernel::{AncfNet, element_net};
-use super::points::{TouchPoints, Touching, point_net};
+use super::points::{PointsInContact, TouchPoints, point_net};
 use crate::contact::{ContactManager, ContactSettings};
 use crate::failure::{self, Failure};
 use crate::interaction::Interactions;
@@ -209,7 +209,7 @@ impl Touch {
     /// Solves the contacts of a sub-step; whether any acted.
     fn solve(&mut self, net: &mut AncfNet, body: &mut Body, step: f64) -> bool {
         let before: &[Vector3<f64>] = &self.unkicked.velocity;
-        let mut touching = Touching { net, points: &mut self.points, before };
+        let mut touching = PointsInContact { net, points: &mut self.points, before };
         self.manager.solve(&mut touching, body, step);
         self.points.release(net)
     }

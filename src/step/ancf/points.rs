@@ -244,7 +244,7 @@ impl Loads {
 }
 
 /// The points while their contacts are solved.
-pub struct Touching<'a> {
+pub struct PointsInContact<'a> {
     /// The net, whose velocities stay as they are.
     pub net: &'a AncfNet,
     /// The points.
@@ -253,7 +253,7 @@ pub struct Touching<'a> {
     pub before: &'a [Vector3<f64>],
 }
 
-impl NetMotion for Touching<'_> {
+impl NetMotion for PointsInContact<'_> {
     fn position(&self, point: usize) -> Vector3<f64> {
         self.points.motion(self.net, point)[0]
     }
