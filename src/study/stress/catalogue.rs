@@ -9,7 +9,7 @@ mod long;
 use serde_json::{Value, json};
 
 use super::hard::StressCase;
-use crate::solver::ELEMENT_PAIRS;
+use crate::solver::{ContactModel, ELEMENT_PAIRS};
 
 /// Why pairs whose step is that of an explicit force are left out of long cases.
 const TOO_LONG: &str =
@@ -32,25 +32,19 @@ const RISES: [(&str, f64, f64); 1] = [("energy", 2e-4, 3e-2)];
 const SHORT_STEPS: &str =
     "not run: elements take sub-steps of a microsecond or less, which takes minutes to hours";
 
-/// Those that are not, under either pair of elements.
-const OF_ELEMENTS: [&str; 7] = [
-    "bullets-100-m-s",
-    "bullets-100-m-s-undamped",
-    "panel-10-m-s",
-    "panel-50-m-s",
-    "knots-inside",
-    "one-point",
-    "target-10-g",
-];
+/// Those that are run under both pairs of elements, and those that are under impulses alone.
+const UNDER_BOTH: [&str; 3] = ["bullets-100-m-s", "bullets-100-m-s-undamped", "knots-inside"];
+const UNDER_IMPULSES: [&str; 4] = ["panel-10-m-s", "panel-50-m-s", "one-point", "target-10-g"];
 
 /// All cases, theme by theme.
 pub fn all() -> Vec<StressCase> {
     let all =
         [cables::cases(), contacts::cases(), driven::cases(), long::cases(), extremes::cases()].concat();
     let without = |case: StressCase| {
-        ELEMENT_PAIRS.iter().fold(case, |case, (.., pair)| match OF_ELEMENTS.contains(&case.name) {
-            true => case,
-            false => case.not_run(pair, SHORT_STEPS),
+        ELEMENT_PAIRS.iter().fold(case, |case, (_, contact, pair)| {
+            let by_impulses = *contact == ContactModel::Impulse && UNDER_IMPULSES.contains(&case.name);
+            let is_run = by_impulses || UNDER_BOTH.contains(&case.name);
+            if is_run { case } else { case.not_run(pair, SHORT_STEPS) }
         })
     };
     all.into_iter().map(without).collect()
