@@ -8,7 +8,7 @@
 //! one number for all axes, constant for the whole run. D_pp is one over the mass that a point answers with: of an inner
 //! knot of four cables of two elements each 7 % of the mass that is lumped on it, as an impulse sets only the nearest of a
 //! flexible cable in motion. D falls by 1/50 from knot to knot (1/16 with one element a cable), so a point keeps what of
-//! it is above [`NEGLIGIBLE`]; only the solver of contacts reads that, to foresee velocities. What it finds is given to
+//! it is above `NEGLIGIBLE`; only the solver of contacts reads that, to foresee velocities. What it finds is given to
 //! the coordinates by the whole mass matrix, which keeps momentum to rounding.
 
 use std::sync::Arc;
