@@ -246,6 +246,16 @@ impl Parameter {
         }
     }
 
+    /// Its ends where it is one number between two, and whether its logarithm is what is as likely everywhere.
+    pub fn number_between(&self) -> Option<([f64; 2], bool)> {
+        let Factor::Numbers { laws, is_list: false, .. } = &self.factor else { return None };
+        match laws[..] {
+            [NumberLaw::Uniform(ends)] => Some((ends, false)),
+            [NumberLaw::LogUniform(ends)] => Some((ends, true)),
+            _ => None,
+        }
+    }
+
     /// How many numbers between 0 and 1 make a value of it.
     pub fn n_units(&self) -> usize {
         match &self.factor {

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod cost;
 pub mod ensemble;
+pub mod experiment;
 pub mod settle;
 pub mod stress;
 pub mod survival;

@@ -21,7 +21,7 @@ use data_encoding::HEXLOWER;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
 use super::ensemble::{self, EnsembleRequest};
@@ -173,7 +173,8 @@ impl Sweep {
     }
 
     fn check(spec: SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Sweep> {
-        let source = source(&spec, file, limits, problems);
+        let scene = SceneOf { scene: &spec.scene, set: &spec.set, solver: spec.solver.as_deref() };
+        let source = scene.source(file, limits, problems);
         let parameters = parameters(&spec, source.as_ref(), problems);
         let whole = parameters.len() == spec.parameters.len();
         let case = source.as_ref().and_then(|source| built(source, "scene", problems));
@@ -409,43 +410,55 @@ fn names(spec: &SweepSpec, problems: &mut Problems) -> Vec<String> {
     names
 }
 
-/// The scene of `spec` in the study `file`, before anything varies, every default filled in.
-fn source(spec: &SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Source> {
-    let name = scene::name_of(file);
-    let (text, folder) = match Kind::Scene.text(&spec.scene) {
-        Some(text) => (text.to_owned(), None),
-        None => {
-            // A path without a folder is in this one.
-            let folder = file.parent().unwrap_or(Path::new(""));
-            let (bytes, path) =
-                Files::of(Some(folder), &limits).read(&spec.scene, Limit::Text, "scene", problems)?;
-            (scene::as_text(bytes, "scene", problems)?, path.parent().map(Path::to_path_buf))
+/// What a study says of its scene.
+pub(super) struct SceneOf<'a> {
+    /// A built-in scene, or a file.
+    pub scene: &'a str,
+    /// Changes by path.
+    pub set: &'a Map<String, Value>,
+    /// Cables and contact.
+    pub solver: Option<&'a str>,
+}
+
+impl SceneOf<'_> {
+    /// The scene of the study `file`, before anything varies, every default filled in.
+    pub fn source(&self, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Source> {
+        let name = scene::name_of(file);
+        let (text, folder) = match Kind::Scene.text(self.scene) {
+            Some(text) => (text.to_owned(), None),
+            None => {
+                // A path without a folder is in this one.
+                let folder = file.parent().unwrap_or(Path::new(""));
+                let (bytes, path) =
+                    Files::of(Some(folder), &limits).read(self.scene, Limit::Text, "scene", problems)?;
+                (scene::as_text(bytes, "scene", problems)?, path.parent().map(Path::to_path_buf))
+            }
+        };
+        let json = json::parse(&text, "scene", problems)?;
+        let mut source = Source { name, input: self.scene.to_owned(), folder, json, limits };
+        let mut changes: Vec<String> = self.set.iter().map(|(path, value)| change(path, value)).collect();
+        if let Some((cables, contact)) = self.solver.and_then(|pair| pair.split_once('+')) {
+            changes.extend([format!("solver.cables=\"{cables}\""), format!("solver.contact=\"{contact}\"")]);
         }
-    };
-    let json = json::parse(&text, "scene", problems)?;
-    let mut source = Source { name, input: spec.scene.clone(), folder, json, limits };
-    let mut changes: Vec<String> = spec.set.iter().map(|(path, value)| change(path, value)).collect();
-    if let Some((cables, contact)) = spec.solver.as_deref().and_then(|pair| pair.split_once('+')) {
-        changes.extend([format!("solver.cables=\"{cables}\""), format!("solver.contact=\"{contact}\"")]);
+        // What the scene itself is expected to show is expected of no member.
+        changes.push("expect=null".to_owned());
+        if let Err(faults) = source.change(&changes) {
+            problems.add_below("set", faults);
+            return None;
+        }
+        let mut own = Problems::new("");
+        let filled = source.scene(&mut own, |_, _| ()).map(|scene| scene.written_out());
+        match filled {
+            Some(filled) => source.json = filled,
+            // With all its faults, not only those of single values.
+            None => drop(built(&source, "scene", problems)),
+        }
+        own.list.is_empty().then_some(source)
     }
-    // What the scene itself is expected to show is expected of no member.
-    changes.push("expect=null".to_owned());
-    if let Err(faults) = source.change(&changes) {
-        problems.add_below("set", faults);
-        return None;
-    }
-    let mut own = Problems::new("");
-    let filled = source.scene(&mut own, |_, _| ()).map(|scene| scene.written_out());
-    match filled {
-        Some(filled) => source.json = filled,
-        // With all its faults, not only those of single values.
-        None => drop(built(&source, "scene", problems)),
-    }
-    own.list.is_empty().then_some(source)
 }
 
 /// The case of `source`; its faults go to those of the study's `place`.
-fn built(source: &Source, place: &str, problems: &mut Problems) -> Option<Case> {
+pub(super) fn built(source: &Source, place: &str, problems: &mut Problems) -> Option<Case> {
     Case::build(source).map_err(|faults| problems.add_below(place, faults)).ok()
 }
 
