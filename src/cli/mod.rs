@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod cost;
 mod dependency;
+mod fit;
 mod interrupt;
 mod list;
 mod manual;
@@ -13,6 +14,7 @@ mod members;
 mod new;
 mod reading;
 mod reported;
+mod residual;
 mod run;
 mod sensitivity;
 mod show;
@@ -28,6 +30,7 @@ use tumblenet::problems::{Problems, visible};
 use tumblenet::read::input_schema;
 use tumblenet::report::files::WriteError;
 use tumblenet::scene::schema::Scene;
+use tumblenet::study::experiment::spec::FitSpec;
 use tumblenet::study::sweep::spec::SweepSpec;
 
 /// Where to begin.
@@ -77,13 +80,17 @@ enum Command {
     Sensitivity(sensitivity::Arguments),
     /// Says how strongly results depend on each parameter of a sweep, beside published numbers.
     Dependency(dependency::Arguments),
+    /// Says how far a run is from measured tracks of markers, or from another run.
+    Residual(residual::Arguments),
+    /// Finds which parameters make a scene meet measured tracks, and how well they are known.
+    Fit(fit::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
     List,
     /// Shows a scene with every default filled in, and what a run of it consists of.
     Show(show::Arguments),
-    /// Prints the JSON Schema of scenes, or of studies.
+    /// Prints the JSON Schema of scenes, of studies, or of fits.
     Schema {
         /// Of which kind of file.
         #[arg(value_enum, default_value = "scene")]
@@ -102,6 +109,8 @@ enum SchemaOf {
     Scene,
     /// Studies, of `sweep`.
     Study,
+    /// Fits, of `fit`.
+    Fit,
 }
 
 /// How results are printed.
@@ -175,9 +184,12 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::Map(arguments)) => map::main(&arguments),
         Some(Command::Sensitivity(arguments)) => sensitivity::main(&arguments),
         Some(Command::Dependency(arguments)) => dependency::main(&arguments),
+        Some(Command::Residual(arguments)) => residual::main(&arguments),
+        Some(Command::Fit(arguments)) => fit::main(&arguments),
         Some(Command::Schema { of }) => print(&json(&match of {
             SchemaOf::Scene => input_schema::<Scene>(),
             SchemaOf::Study => input_schema::<SweepSpec>(),
+            SchemaOf::Fit => input_schema::<FitSpec>(),
         })),
         Some(Command::Completions(arguments)) => manual::completions(&arguments),
         Some(Command::Man) => manual::page(),

@@ -2,19 +2,16 @@
 //! `dependency.html`, and an SVG a parameter.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use comfy_table::{Cell, CellAlignment};
-
 use super::columns::{self, NumberColumns};
 use super::files::{self, WriteError};
+use super::grid::Grid;
 use super::page::{self, Figure};
 use super::plots::{Axis, Dot, Key, Mark, Panel, Swatch, colour, dashed};
 use super::results;
 use super::rows::{KeptRows, line};
-use super::text_table::TextTable;
 use crate::problems::Problems;
 use crate::study::sweep::SweepPlan;
 use crate::study::sweep::dependency::{DEPLOYMENT, Dependencies, Dependency, Observed, OverParameter};
@@ -100,43 +97,8 @@ fn has_interval(dependency: &Dependency) -> bool {
     dependency.half_width_95.is_some()
 }
 
-/// A table before it is text or page.
-struct Grid {
-    title: &'static str,
-    head: Vec<String>,
-    /// The first three cells of a row are words.
-    rows: Vec<Vec<String>>,
-}
-
+/// The first three cells of a row are words.
 const N_WORDS: usize = 3;
-
-impl Grid {
-    fn text(&self) -> TextTable {
-        let mut table = TextTable::new(&self.head.iter().map(String::as_str).collect::<Vec<_>>());
-        for row in &self.rows {
-            table.add_row(row.iter().enumerate().map(|(column, text)| {
-                let side = if column < N_WORDS { CellAlignment::Left } else { CellAlignment::Right };
-                Cell::new(text).set_alignment(side)
-            }));
-        }
-        table
-    }
-
-    fn page(&self) -> String {
-        let cells = |cells: &[String], tag: &str| -> String {
-            let cell = |text: &String| {
-                let text = page::escape(text).replace('_', "_<wbr>").replace('.', ".<wbr>");
-                format!("<{tag}>{text}</{tag}>")
-            };
-            cells.iter().map(cell).collect()
-        };
-        let rows = self.rows.iter().fold(String::new(), |mut rows, row| {
-            let _ = writeln!(rows, "<tr>{}</tr>", cells(row, "td"));
-            rows
-        });
-        format!("<h2>{}</h2>\n{}", self.title, page::table(&cells(&self.head, "th"), &rows))
-    }
-}
 
 fn tables(all: &Dependencies) -> Vec<Grid> {
     let head = |words: [&str; N_WORDS]| {
@@ -145,12 +107,14 @@ fn tables(all: &Dependencies) -> Vec<Grid> {
     };
     let mut tables = vec![Grid {
         title: "Dependency [%]",
+        n_words: N_WORDS,
         head: head(["parameter", "from, to", "at"]),
         rows: dependency_rows(all),
     }];
     if !all.differences.is_empty() {
         tables.push(Grid {
             title: "Largest difference over the values [%]",
+            n_words: N_WORDS,
             head: head(["parameter", "of", "from"]),
             rows: difference_rows(all),
         });

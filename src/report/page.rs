@@ -79,8 +79,17 @@ pub fn drawings(drawn: &[(Figure, String)]) -> String {
 
 /// What made the page, in a line.
 pub fn made(provenance: &Provenance, seed: u64) -> String {
+    made_with(provenance, &format!(" Seed {seed}."))
+}
+
+/// The same of what no seed is in.
+pub fn made_by(provenance: &Provenance) -> String {
+    made_with(provenance, "")
+}
+
+fn made_with(provenance: &Provenance, seed: &str) -> String {
     format!(
-        "{} ({}), {}, {}; {}, {} processors: {}. Seed {seed}. <code>{}</code>",
+        "{} ({}), {}, {}; {}, {} processors: {}.{seed} <code>{}</code>",
         escape(&provenance.program),
         escape(&provenance.commit),
         escape(&provenance.engine),

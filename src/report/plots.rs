@@ -7,6 +7,7 @@
 //! with dashes. Every colour stands in the file as `#RRGGBB` from this list, so that a page can give each another one
 //! in the dark ([`DARK`]).
 
+pub mod boxes;
 mod draw;
 
 use plotters::style::RGBColor;

@@ -173,12 +173,13 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
 /// What `units` says of each array, as JSON.
 const UNITS: &str = r#"{"t": "s", "knots": "m", "velocities": "m/s", "tensions": "N, largest since the frame before",
 "contact_impulses": "N s, on each knot since the frame before", "cables": "the two knots of each",
+"grid": "knots along Y and along Z, numbered row by row, those in the middle of cables after them",
 "target_position": "m", "target_attitude": "w, x, y, z: local frame from body frame", "target_velocity": "m/s",
 "target_rate": "rad/s, local frame", "chaser_position": "m", "chaser_attitude": "as the target's",
 "chaser_velocity": "m/s", "chaser_rate": "rad/s, local frame",
 "threads": "the columns that series.csv has of the threads, by the same names in thread_names"}"#;
 
-/// `t` [T], `knots`, `velocities` and `contact_impulses` [T, K, 3], `tensions` [T, C], `cables` [C, 2]; of a target
+/// `t` [T], `knots`, `velocities` and `contact_impulses` [T, K, 3], `tensions` [T, C], `cables` [C, 2], `grid` [2]; of a target
 /// and of a free chaser `_position`, `_velocity` and `_rate` [T, 3] and `_attitude` [T, 4]; of threads
 /// `threads` [T, N]. `units` and `thread_names` are text, a byte an entry.
 fn trajectory(
@@ -218,6 +219,7 @@ fn trajectory(
         [cables[cable].a as i64, cables[cable].b as i64][end]
     });
     npz.add_array("cables", &ends)?;
+    npz.add_array("grid", &Array1::from(case.net().grid.map(|knots| knots as i64).to_vec()))?;
     let text = |text: &str| Array1::from(text.as_bytes().to_vec());
     if !run.reading_names.is_empty() {
         npz.add_array("threads", &of_numbers(&frames.readings))?;

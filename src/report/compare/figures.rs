@@ -4,10 +4,11 @@ use plotters::style::RGBColor;
 
 use super::plain;
 use crate::report::page::Figure;
+use crate::report::plots::boxes::{box_plot, whisker};
 use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour, dashed, kind_colour};
 use crate::report::survival::Named;
 use crate::report::table::verdict_words;
-use crate::study::compare::difference::{BoxPlot, Differences, Horizon, Separation};
+use crate::study::compare::difference::{Differences, Horizon, Separation};
 use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD};
 use crate::study::compare::{Compared, Comparison, Outcome};
 
@@ -53,16 +54,6 @@ fn keys(comparison: &Comparison) -> Vec<Key> {
     comparison.ran().map(key).collect()
 }
 
-/// A whisker with its ends, along row `y`.
-fn whisker(low: f64, high: f64, y: f64, tip: f64, colour: RGBColor) -> [Mark; 3] {
-    let stroke = |points: Vec<(f64, f64)>| Mark::Line { points, colour, width: 1, dashed: false };
-    [
-        stroke(vec![(low, y), (high, y)]),
-        stroke(vec![(low, y - tip), (low, y + tip)]),
-        stroke(vec![(high, y - tip), (high, y + tip)]),
-    ]
-}
-
 /// A separation that is shown.
 struct SeparationRow<'a> {
     name: String,
@@ -100,7 +91,7 @@ fn bullet_differences(comparison: &Comparison) -> Figure {
         for (place, (row, differences)) in rows.iter().zip(boxes).enumerate() {
             for (bullet, plot) in differences.bullets_m.iter().enumerate() {
                 let y = place as f64 + 0.21 * (bullet as f64 - 1.5);
-                marks.extend(box_plot(plot, y, row.colour));
+                marks.extend(box_plot(plot, y, row.colour, |metres| 1e3 * metres));
                 let at = (x.range[1], y);
                 marks.push(Mark::Words { at, text: (bullet + 1).to_string(), colour: MUTED, ends: true });
             }
@@ -129,31 +120,6 @@ fn bullet_differences(comparison: &Comparison) -> Figure {
         ),
         panels,
     }
-}
-
-fn box_plot(plot: &BoxPlot, y: f64, colour: RGBColor) -> Vec<Mark> {
-    let mm = |metres: f64| 1e3 * metres;
-    let half = 0.075;
-    let stroke = |points: Vec<(f64, f64)>, width: u32, colour: RGBColor| Mark::Line {
-        points,
-        colour,
-        width,
-        dashed: false,
-    };
-    let mut marks = whisker(mm(plot.lower_whisker), mm(plot.upper_whisker), y, 0.5 * half, colour).to_vec();
-    marks.push(Mark::Bar {
-        from: (mm(plot.lower), y - half),
-        to: (mm(plot.upper), y + half),
-        colour,
-        opacity: 0.35,
-        edge: true,
-    });
-    marks.push(stroke(vec![(mm(plot.median), y - half), (mm(plot.median), y + half)], 3, colour));
-    if plot.max > plot.upper_whisker {
-        marks.push(Mark::Dot { at: (mm(plot.max), y), colour, shape: Dot::Ring });
-    }
-    marks.push(Mark::Dot { at: (mm(plot.mean), y), colour: INK, shape: Dot::Diamond });
-    marks
 }
 
 fn difference_over_time(comparison: &Comparison) -> Figure {

@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::fit::{FitAxis, FitError, FitStudy, Least};
+use super::checked::{FitAxis, FitStudy};
+use super::fit::{FitError, Least};
 use super::residual::Residuals;
 use super::uncertainty::Uncertainty;
 use crate::metrics::conservation::CREATED;

@@ -5,6 +5,7 @@
 //! left; [`fit`] makes it least.
 
 pub mod align;
+pub mod checked;
 pub mod fit;
 pub mod found;
 pub mod paths;

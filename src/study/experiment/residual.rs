@@ -151,6 +151,9 @@ impl ResidualRequest {
     ) -> Result<Residuals, AlignError> {
         let alignment = &Alignment::fit(paths, seen, self.align)?;
         let compared: Vec<&Paired> = seen.iter().filter(|one| paths.covers(alignment.time(one))).collect();
+        if compared.is_empty() {
+            return Err(AlignError::Apart);
+        }
         let left = |one: &&Paired| Left {
             group: paths.names.group(one.knot),
             axes: alignment.residual(paths, one).abs().into(),
