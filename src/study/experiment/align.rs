@@ -179,8 +179,8 @@ fn posed(paths: &KnotPaths, seen: &[Paired], shift: f64, what: Align) -> Result<
     let covariance: Matrix3<f64> = seen.iter().map(product).sum();
     let svd = SVD::new(covariance, true, true);
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Err(AlignError::Line) };
-    // Also where it is not a number.
-    if !(svd.singular_values[1] > LEAST_SPREAD * svd.singular_values[0]) {
+    let [first, second] = [0, 1].map(|number| svd.singular_values[number]);
+    if second.is_nan() || second <= LEAST_SPREAD * first {
         return Err(AlignError::Line);
     }
     let side = (v_t.transpose() * u.transpose()).determinant().signum();
