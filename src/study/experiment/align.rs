@@ -240,7 +240,7 @@ mod tests {
             found.turn.angle_to(&pose.turn),
             (found.offset - pose.offset).norm(),
         ];
-        // Measured: 2e-14, 3e-8 (an angle by its cosine) and 2e-14.
+        // An angle by its cosine has half the digits.
         assert!(off[0] < 1e-12 && off[1] < 3e-7 && off[2] < 1e-12, "{off:?}");
         let only_time = Alignment { turn: UnitQuaternion::identity(), offset: Vector3::zeros(), ..pose };
         let found = Alignment::fit(&paths, &seen(&paths, &only_time), Align::Time).unwrap();

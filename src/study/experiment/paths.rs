@@ -234,7 +234,6 @@ mod tests {
         };
         for t in [0.0, 0.1, 0.3, 0.77, 1.0] {
             let moving = paths.at(0, t);
-            // Measured: 2e-16 and 9e-16.
             assert!((moving.position - position(t)).norm() < 1e-14, "{t}: {moving:?}");
             assert!((moving.velocity - velocity(t)).norm() < 1e-14, "{t}: {moving:?}");
         }

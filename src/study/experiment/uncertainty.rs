@@ -130,7 +130,6 @@ mod tests {
         let ones = vec![vec![1.0; 3 * n]];
         for (rho, fewer) in [(0.0, 1.0), (0.6, 4.0)] {
             let found = Uncertainty::of(&noise(n, rho, 7), &seen(n), &ones, 1, None);
-            // Measured: 0.993, 1.00 and 0.005; 0.995, 4.13 and 0.0186.
             assert!((found.noise - 1.0).abs() < 0.05, "{found:?}");
             assert!((found.fewer / fewer - 1.0).abs() < 0.2, "{found:?}");
             let expected = (fewer / (3 * n) as f64).sqrt();
@@ -153,7 +152,7 @@ mod tests {
                 mean.abs() < found.reach * found.error(0).unwrap()
             };
             let share = (0..tries).filter(|seed| holds(*seed)).count() as f64 / tries as f64;
-            // Four standard errors of a share of so many tries; measured: 0.96 and 0.95.
+            // Four standard errors of a share of so many tries.
             assert!((share - 0.95).abs() < 0.028, "{rho}: {share}");
         }
     }
