@@ -195,22 +195,22 @@ fn threads(run: &Run, frame: usize) -> Option<Piece> {
 }
 
 /// A rigid body in the frame of its own, and where it is.
-struct Moved<'a> {
+struct MovingHulls<'a> {
     name: &'static str,
     piece: Piece,
     poses: &'a [Body],
 }
 
-fn bodies<'a>(case: &Case, run: &'a Run) -> Vec<Moved<'a>> {
+fn bodies<'a>(case: &Case, run: &'a Run) -> Vec<MovingHulls<'a>> {
     let mut bodies = Vec::new();
     if let Some(target) = case.target() {
         let parts = target.parts.iter().filter_map(|part| Hull::of(&part.hull_points().collect::<Vec<_>>()));
-        bodies.push(Moved { name: "target", piece: of_hulls(parts), poses: &run.frames.target });
+        bodies.push(MovingHulls { name: "target", piece: of_hulls(parts), poses: &run.frames.target });
     }
     if let (Some(chaser), Some(_)) = (run.chaser, run.frames.chaser.first()) {
         let corners = chaser.corners(&Body::at_rest());
         let piece = of_hulls(Hull::of(&corners).into_iter());
-        bodies.push(Moved { name: "chaser", piece, poses: &run.frames.chaser });
+        bodies.push(MovingHulls { name: "chaser", piece, poses: &run.frames.chaser });
     }
     bodies
 }
@@ -229,7 +229,7 @@ fn of_hulls(hulls: impl Iterator<Item = Hull>) -> Piece {
     piece
 }
 
-impl Moved<'_> {
+impl MovingHulls<'_> {
     fn at(&self, frame: usize) -> Piece {
         let body = &self.poses[frame];
         let pose = Isometry3::from_parts(Translation3::from(body.position), body.attitude);

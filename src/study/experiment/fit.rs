@@ -71,7 +71,7 @@ impl FitStudy {
     }
 
     /// What is left of `seen` after a flight at `units`.
-    fn fly(&self, units: &[f64], seen: &[Paired]) -> Result<Flight, String> {
+    fn fly(&self, units: &[f64], seen: &[Paired]) -> Result<TrialFlight, String> {
         let case = self.case_at(units)?;
         let run = Run::of(&case, |_| {}).map_err(|failure| failure.to_string())?;
         let paths = KnotPaths::of(&case, run);
@@ -86,7 +86,7 @@ impl FitStudy {
             return Err(AlignError::Apart.to_string());
         }
         let left = seen.iter().flat_map(|one| <[f64; 3]>::from(alignment.residual(&paths, one))).collect();
-        Ok(Flight {
+        Ok(TrialFlight {
             left,
             mean_square: square / covered as f64,
             covered,
@@ -180,7 +180,7 @@ impl Least<'_> {
 }
 
 /// What is left of all sightings after a flight.
-struct Flight {
+struct TrialFlight {
     /// Three coordinates a sighting [m].
     left: Vec<f64>,
     /// Over sightings before the end [m²].
@@ -197,14 +197,14 @@ struct Flight {
 struct Flights<'a> {
     study: &'a FitStudy,
     seen: Vec<Paired>,
-    known: HashMap<Vec<u64>, Arc<Flight>>,
+    known: HashMap<Vec<u64>, Arc<TrialFlight>>,
     n: u64,
     done: &'a (dyn Fn() + Sync),
 }
 
 impl Flights<'_> {
     /// Flies at all of `points` that are not known, in parallel; a flight that fails says why.
-    fn all(&mut self, points: &[Vec<f64>]) -> Result<Vec<Result<Arc<Flight>, FitError>>, FitError> {
+    fn all(&mut self, points: &[Vec<f64>]) -> Result<Vec<Result<Arc<TrialFlight>, FitError>>, FitError> {
         let key = |units: &Vec<f64>| units.iter().map(|unit| unit.to_bits()).collect::<Vec<u64>>();
         let mut asked = HashSet::new();
         let is_new = |units: &&Vec<f64>| !self.known.contains_key(&key(units)) && asked.insert(key(units));
@@ -233,7 +233,7 @@ impl Flights<'_> {
         Ok(points.iter().map(of).collect())
     }
 
-    fn point(&mut self, units: &[f64]) -> Result<Arc<Flight>, FitError> {
+    fn point(&mut self, units: &[f64]) -> Result<Arc<TrialFlight>, FitError> {
         self.all(&[units.to_vec()])?.pop().unwrap_or(Err(FitError::Descent("a flight is missing")))
     }
 
@@ -247,7 +247,7 @@ impl Flights<'_> {
         };
         let points: Vec<Vec<f64>> =
             std::iter::once(own).chain((0..self.study.spec.scan).map(point)).collect();
-        let mut best: Option<(usize, Arc<Flight>)> = None;
+        let mut best: Option<(usize, Arc<TrialFlight>)> = None;
         let mut fault = None;
         for (number, flight) in self.all(&points)?.into_iter().enumerate() {
             match flight {
