@@ -296,6 +296,11 @@ fn every_fault_of_a_study_is_told_at_once() {
         assert!(told.contains(fault), "{fault} not in {told}");
     }
     assert!(!folder.path().join("results").exists(), "nothing is written");
+    // As whole to the schema as 3, and beyond what a whole number of the program may be.
+    let folder = self::folder(|study| study["seed"] = json!(1e19));
+    let output = tumblenet(folder.path(), &["sweep", "study.json"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(told.contains("seed: found 1e+19; allowed: ") && !told.contains("schema"), "{told}");
 }
 
 #[test]
