@@ -130,6 +130,9 @@ impl<'de> Visitor<'de> for Strict<'_> {
     }
 }
 
+/// Every whole number up to it is one of JSON: beyond, not all of them are an `f64` (RFC 8259, 6).
+pub const LARGEST_WHOLE: u64 = (1 << 53) - 1;
+
 /// What becomes of the negative zero, which no whole number is.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum NegativeZero {
@@ -142,15 +145,13 @@ pub enum NegativeZero {
 /// A copy in which a whole number is written as one: `3.0` is as whole as `3`, to JSON Schema and to
 /// users, though not to the reader of types.
 pub fn with_whole_numbers(value: &Value, zero: NegativeZero) -> Value {
-    /// Above it not every whole number is an `f64`.
-    const LARGEST: f64 = (1_u64 << 53) as f64;
     match value {
         Value::Array(list) => list.iter().map(|inner| with_whole_numbers(inner, zero)).collect(),
         Value::Object(map) => {
             map.iter().map(|(key, inner)| (key.clone(), with_whole_numbers(inner, zero))).collect()
         }
         Value::Number(number) => match number.as_f64() {
-            Some(float) if number.is_f64() && float.fract() == 0.0 && float.abs() <= LARGEST => {
+            Some(float) if number.is_f64() && float.fract() == 0.0 && float.abs() <= LARGEST_WHOLE as f64 => {
                 let is_negative_zero = float == 0.0 && float.is_sign_negative();
                 if is_negative_zero && zero == NegativeZero::Kept {
                     value.clone()
@@ -161,6 +162,18 @@ pub fn with_whole_numbers(value: &Value, zero: NegativeZero) -> Value {
             _ => value.clone(),
         },
         other => other.clone(),
+    }
+}
+
+/// Changes `into` to what `from` says, key by key where both are objects.
+pub fn merge(into: &mut Value, from: Value) {
+    match (into, from) {
+        (Value::Object(into), Value::Object(from)) => {
+            for (key, value) in from {
+                merge(into.entry(key).or_insert(Value::Null), value);
+            }
+        }
+        (into, from) => *into = from,
     }
 }
 

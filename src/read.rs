@@ -51,7 +51,8 @@ fn compiled<T: JsonSchema + 'static>() -> Arc<(Value, Validator)> {
     known.entry(TypeId::of::<T>()).or_insert_with(compile).clone()
 }
 
-/// States the largest number of every type of whole numbers, which the generator leaves out.
+/// States the largest number of every type of whole numbers, which the generator leaves out: of JSON's, where the type
+/// has larger ones.
 fn bound_whole_numbers(schema: &mut Value) {
     match schema {
         Value::Array(list) => list.iter_mut().for_each(bound_whole_numbers),
@@ -60,7 +61,7 @@ fn bound_whole_numbers(schema: &mut Value) {
                 Some("uint8") => u8::MAX.into(),
                 Some("uint16") => u16::MAX.into(),
                 Some("uint32") => u32::MAX.into(),
-                Some("uint64" | "uint") => u64::MAX,
+                Some("uint64" | "uint") => json::LARGEST_WHOLE,
                 _ => 0,
             };
             if most > 0 && !map.contains_key("maximum") {

@@ -110,6 +110,11 @@ impl Run {
         self.frames.readings.iter().map(|readings| readings[column]).collect()
     }
 
+    /// What the effect that has closing threads had to say at the end, where there is one.
+    pub fn closing(&self) -> Option<&Report> {
+        self.reports.iter().map(|(_, report)| report).find(|report| !report.threads.is_empty())
+    }
+
     /// Time of the first frame with a number that is not finite [s], if there is one.
     pub fn first_not_finite(&self) -> Option<f64> {
         let frames = &self.frames;

@@ -1,8 +1,8 @@
 //! Cables as elements against closed forms, and against the mass-spring net.
 
-mod common;
+use crate::common;
 
-use common::{below, case_of, changed, scene, within};
+use crate::common::{below, case_of, changed, scene, within};
 use nalgebra::Vector3;
 use serde_json::json;
 use tumblenet::cable::Cable;
@@ -50,6 +50,22 @@ impl Line {
         }
         net
     }
+}
+
+/// A net of nine meshes that is shot and snaps, with a change.
+fn small_net(change: &str) -> Case {
+    scene(
+        "deployment-kevlar",
+        &[
+            "net.meshes=[3,3]",
+            "net.mesh_length_m=0.5",
+            "net.cable.material=nylon",
+            "duration_s=0.5",
+            "solver.cables=ancf",
+            "solver.contact=impulse",
+            change,
+        ],
+    )
 }
 
 /// A case of `net` in steps of `step` with `substeps` each.
@@ -304,18 +320,7 @@ fn more_elements_come_nearer() {
 fn a_net_keeps_its_momenta_and_balances_its_energy() {
     for damping in ["0", "0.1"] {
         let damping = format!("net.cable.damping_ratio={damping}");
-        let case = scene(
-            "deployment-kevlar",
-            &[
-                "net.meshes=[3,3]",
-                "net.mesh_length_m=0.5",
-                "net.cable.material=nylon",
-                "duration_s=0.5",
-                "solver.cables=ancf",
-                "solver.contact=impulse",
-                &damping,
-            ],
-        );
+        let case = small_net(&damping);
         let run = common::run(&case);
         let last = run.frames.time.len() - 1;
         let [first, end] = [0, last].map(|i| run.frames.momentum[i]);
@@ -414,18 +419,7 @@ fn what_falls_freely_is_not_strained() {
 #[test]
 fn a_turning_frame_gives_elements_what_it_posts() {
     let cabin = r#"effects.cabin={"gravity_m_s2":[0.2,-0.5,1.0],"rate_rad_s":[0.3,-0.5,0.4],"centre_m":[0.5,0.0,-0.2]}"#;
-    let case = scene(
-        "deployment-kevlar",
-        &[
-            "net.meshes=[3,3]",
-            "net.mesh_length_m=0.5",
-            "net.cable.material=nylon",
-            "duration_s=0.5",
-            "solver.cables=ancf",
-            "solver.contact=impulse",
-            cabin,
-        ],
-    );
+    let case = small_net(cabin);
     let found = Conservation::of(&case, &common::run(&case));
     println!("{found:?}");
     below("momentum", found.momentum_residual, 1e-9);

@@ -1,12 +1,13 @@
 //! Cables as elements that meet a target, and threads that pull at them.
 
-mod common;
+use crate::common;
 
-use common::{below, case_of};
+use crate::common::{below, case_of};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::contact::NetMotion;
+use tumblenet::json;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::conservation::Conservation;
 use tumblenet::run::Run;
@@ -26,19 +27,8 @@ fn capture(changes: Value) -> Case {
         "capture": { "hold_s": 0.0 },
         "solver": { "cables": "ancf", "contact": "impulse" }
     });
-    merge(&mut scene, changes);
+    json::merge(&mut scene, changes);
     case_of(scene)
-}
-
-fn merge(into: &mut Value, from: Value) {
-    match (into, from) {
-        (Value::Object(into), Value::Object(from)) => {
-            for (key, value) in from {
-                merge(into.entry(key).or_insert(Value::Null), value);
-            }
-        }
-        (into, from) => *into = from,
-    }
 }
 
 /// Runs `case`, and asks what must hold of every capture.

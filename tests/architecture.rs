@@ -139,3 +139,19 @@ fn traits_are_narrow() {
         }
     }
 }
+
+/// A file of tests that nothing names would never run.
+#[test]
+fn every_file_of_tests_is_run() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
+    let (suite, manifest) = (read("tests/suite.rs"), read("Cargo.toml"));
+    for entry in std::fs::read_dir(root.join("tests")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "rs") {
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            let own = manifest.contains(&format!("[[test]]\nname = \"{name}\"\n"));
+            assert!(own != suite.contains(&format!("\nmod {name};\n")), "{name} is run once");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 //!
 //! It needs Python with numpy. Without them it is skipped with a word, but not under `.ci/run`, which installs them.
 
-mod common;
+use crate::common;
 
 use std::process::{Command, Output};
 

@@ -1,10 +1,8 @@
 //! What a capture must show, over ensembles: after contact a single run is a coin.
 
-mod common;
-
 use std::sync::OnceLock;
 
-use common::{FAST_PAIRS, below, captured, changes_of, ensemble, scene, spread, within};
+use crate::common::{FAST_PAIRS, below, captured, changes_of, ensemble, scene, spread, within};
 use tumblenet::metrics::summary::Summary;
 
 /// Copies of a scene: so many under the engine's own pair, which takes five times as long, and under the source's.

@@ -1,8 +1,8 @@
 //! The chaser takes the recoil of the shot, and the shots deviate.
 
-mod common;
+use crate::common;
 
-use common::{below, case_of, changed, run, scene, small_scene, within};
+use crate::common::{below, case_of, changed, run, scene, small_scene, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;

@@ -1,11 +1,11 @@
 //! The closing mechanism: what its thread, winches, triggers and layouts must show in whole runs, and whether
 //! it holds. Unit tests of the constraint stand in `src/closing`.
 
-mod common;
+use crate::common;
 
 use std::sync::OnceLock;
 
-use common::{FAST_PAIRS, below, captured, changes_of, ensemble, scene, within};
+use crate::common::{FAST_PAIRS, below, captured, changes_of, ensemble, scene, within};
 use nalgebra::{Vector3, vector};
 use rayon::prelude::*;
 use tumblenet::case::Case;

@@ -1,11 +1,11 @@
 //! What accuracy costs: the study as a library and as a user runs it.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::below;
+use crate::common::below;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};

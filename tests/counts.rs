@@ -1,8 +1,8 @@
 //! A scene pays only for what it lists.
 
-mod common;
+use crate::common;
 
-use common::{run, scene, small_scene};
+use crate::common::{run, scene, small_scene};
 use serde_json::{Value, json};
 use tumblenet::assets::Kind;
 use tumblenet::case::Case;

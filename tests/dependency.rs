@@ -1,11 +1,11 @@
 //! Dependencies on parameters: the table's own numbers, closed forms, and what was published.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 
-use common::below;
-use common::program::{folder_with, printed, tumblenet, write_json};
+use crate::common::below;
+use crate::common::program::{folder_with, printed, tumblenet, write_json};
 use serde_json::{Value, json};
 use tumblenet::limits::Limits;
 use tumblenet::study::sweep::Sweep;

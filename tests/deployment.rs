@@ -1,10 +1,10 @@
 //! The net of Table 3.2 opens as its equations say.
 
-mod common;
+use crate::common;
 
 use std::sync::OnceLock;
 
-use common::{below, within};
+use crate::common::{below, within};
 use tumblenet::case::Case;
 use tumblenet::metrics::deployment::Deployment;
 use tumblenet::run::Run;

@@ -2,9 +2,7 @@
 //!
 //! A new effect answers them by a [`Probe`] of its own; without one the first test fails.
 
-mod common;
-
-use common::{below, case_of, changed, pairs, run, small_scene, solver_of};
+use crate::common::{below, case_of, changed, pairs, run, small_scene, solver_of};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use tumblenet::case::Case;

@@ -1,8 +1,8 @@
 //! What undamped and damped nets do with their energy, at the step that each method takes by itself.
 
-mod common;
+use crate::common;
 
-use common::{below, case_of, within};
+use crate::common::{below, case_of, within};
 use serde_json::json;
 use tumblenet::case::Case;
 use tumblenet::metrics::conservation::Conservation;

@@ -1,9 +1,7 @@
 //! What the engine gets wrong unless it is told otherwise (`src/world/settings.rs`), and what our
 //! words promise of it. Each test is named after the symptom or the law.
 
-mod common;
-
-use common::{below, case_of, changed, knots, small_scene, tie, within};
+use crate::common::{below, case_of, changed, knots, small_scene, tie, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;

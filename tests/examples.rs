@@ -1,7 +1,5 @@
 //! The programs of `examples/`, which use nothing but the public interface, do what they say.
 
-mod common;
-
 #[path = "../examples/own_effect.rs"]
 mod own_effect;
 #[path = "../examples/own_stepper.rs"]
@@ -9,7 +7,7 @@ mod own_stepper;
 #[path = "../examples/step_by_step.rs"]
 mod step_by_step;
 
-use common::below;
+use crate::common::below;
 use nalgebra::Vector3;
 use own_effect::Wind;
 use tumblenet::solver::PAIRS;

@@ -1,8 +1,6 @@
 //! What a run is written as for other programs. `tests/exchange.py` reads it back with theirs.
 
-mod common;
-
-use common::program::{printed, tumblenet, with_scene};
+use crate::common::program::{printed, tumblenet, with_scene};
 use data_encoding::BASE64;
 use ndarray::{Array3, Axis};
 use ndarray_npy::NpzReader;

@@ -1,12 +1,12 @@
 //! A run beside an experiment, and a scene fitted to one: made tracks whose truth is known.
 
-mod common;
+use crate::common;
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use common::program::{err, printed, tumblenet};
-use common::{below, within};
+use crate::common::program::{err, printed, tumblenet};
+use crate::common::{below, within};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -291,7 +291,7 @@ fn the_example_is_made_as_the_book_says() {
         std::fs::write(folder.join("cord.csv"), &made).unwrap();
     }
     let published = std::fs::read_to_string(folder.join("cord.csv")).unwrap();
-    assert!(published == made, "RENEW=1 cargo test --test experiments");
+    assert!(published == made, "RENEW=1 cargo test --test suite experiments");
     let mut net = Source::find(folder.join("cord-net.json").to_str().unwrap()).unwrap();
     let truth = ["net.cable.damping_ratio=0.1", "launch.speed_m_s=2.1", "launch.angle_deg=25"];
     net.set(&truth.map(str::to_owned)).unwrap();
@@ -308,15 +308,4 @@ fn the_example_is_made_as_the_book_says() {
         let [low, high] = parameter.interval_95.unwrap();
         assert!((low..=high).contains(&truth), "{parameter:?}");
     }
-}
-
-/// `RENEW=1 cargo test --test experiments` writes it anew.
-#[test]
-fn an_editor_finds_the_schema_of_fits_as_it_is() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/fit.schema.json");
-    let schema = printed(Path::new("."), &["schema", "fit"]);
-    if std::env::var_os("RENEW").is_some() {
-        std::fs::write(path, &schema).unwrap();
-    }
-    assert!(std::fs::read_to_string(path).unwrap() == schema, "RENEW=1 cargo test --test experiments");
 }

@@ -1,10 +1,10 @@
 //! OrbitMotion and cabin against closed forms, and against equations written in the inertial frame.
 
-mod common;
+use crate::common;
 
 use std::f64::consts::TAU;
 
-use common::{below, case_of, run, scene, summary, within};
+use crate::common::{below, case_of, run, scene, summary, within};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde_json::json;
 use tumblenet::field::orbit::{EARTH_PARAMETER, EARTH_RADIUS, OrbitMotion};

@@ -1,11 +1,11 @@
 //! The first ten minutes: what a new user types, and sees. Named after what went wrong.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Command;
 
-use common::program::{command, err, out, printed, tumblenet, with_scene, write_scene};
+use crate::common::program::{command, err, out, printed, tumblenet, with_scene, write_scene};
 use serde_json::{Value, json};
 
 /// What is told of bad input.
@@ -15,19 +15,22 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
     err(&output)
 }
 
-/// `RENEW=1 cargo test --test first_minutes` writes it anew, as `tumblenet schema` prints it.
+/// `RENEW=1 cargo test --test suite first_minutes` writes them anew, as `tumblenet schema` prints them.
 #[test]
-fn an_editor_finds_the_schema_as_it_is() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/scene.schema.json");
-    let schema = printed(Path::new("."), &["schema"]);
-    if std::env::var_os("RENEW").is_some() {
-        std::fs::write(path, &schema).unwrap();
+fn an_editor_finds_the_schemas_as_they_are() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    for kind in ["scene", "study", "fit"] {
+        let schema = printed(Path::new("."), &["schema", kind]);
+        let path = folder.join(format!("{kind}.schema.json"));
+        if std::env::var_os("RENEW").is_some() {
+            std::fs::write(&path, &schema).unwrap();
+        }
+        let published = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            published == schema,
+            "{kind}: RENEW=1 cargo test --test suite first_minutes, if its format has changed"
+        );
     }
-    let published = std::fs::read_to_string(path).unwrap();
-    assert!(
-        published == schema,
-        "RENEW=1 cargo test --test first_minutes, if the format of scenes has changed"
-    );
 }
 
 #[test]

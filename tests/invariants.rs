@@ -1,6 +1,6 @@
 //! What holds for every net, whatever its size, cables, launch and target.
 
-mod common;
+use crate::common;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;

@@ -1,17 +1,15 @@
 //! Programs that are killed at any moment: no file is half, no set is mixed, and what was finished is kept.
 //!
-//! A short seeded round runs with the tests. The long one: `KILLS=500 cargo test --test kills -- --nocapture`; of so
+//! A short seeded round runs with the tests. The long one: `KILLS=500 cargo test --test suite kills:: -- --nocapture`; of so
 //! many kills each of the six commands gets a sixth.
 #![cfg(unix)]
-
-mod common;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::program::{self, files};
+use crate::common::program::{self, files};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};

@@ -13,9 +13,9 @@
 //! A response is asked with free knots without cables, a cable model with two knots on one cable: a
 //! later one gets the list by a line in `RESPONSES` or `MODELS`.
 
-mod common;
+use crate::common;
 
-use common::{below, case_of, changed, in_turned_frame, pairs, within};
+use crate::common::{below, case_of, changed, in_turned_frame, pairs, within};
 use nalgebra::{Rotation3, Vector3, vector};
 use serde_json::json;
 use tumblenet::case::Case;

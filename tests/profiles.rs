@@ -1,10 +1,8 @@
 //! Files of a cabin, and scenes whose effects do not go together: what is read, and what is refused.
 
-mod common;
-
 use std::path::Path;
 
-use common::{run, small_scene, source_of};
+use crate::common::{run, small_scene, source_of};
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::problems::Problems;

@@ -1,10 +1,10 @@
 //! The program as a user meets it: exit status, standard output and error, files.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 
-use common::program::{self, err, out, tumblenet, write_json};
+use crate::common::program::{self, err, out, tumblenet, write_json};
 use serde_json::{Value, json};
 
 fn folder() -> tempfile::TempDir {

@@ -1,7 +1,5 @@
 //! The README and the docs say what is true: their commands are understood, their links lead somewhere.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -3,7 +3,7 @@
 //! Needs Chromium in the path, or its path in `TUMBLENET_BROWSER`; `.ci/run` installs one. Elsewhere the test
 //! says that it was skipped.
 
-mod common;
+use crate::common;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

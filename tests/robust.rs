@@ -1,14 +1,12 @@
 //! What goes wrong around a run: too much is asked for, files outside, a full disk, an end before
 //! its time. Each ends in words, and nothing that was finished is lost.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
-use common::program::{command, err, files, tumblenet, with_scene};
+use crate::common::program::{command, err, files, tumblenet, with_scene};
 use serde_json::{Value, json};
 
 #[test]

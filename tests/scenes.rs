@@ -1,6 +1,6 @@
 //! What is built in is sound, says where it comes from, and does what it expects.
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,11 +1,9 @@
 //! What matters: shares of variance against closed forms, and from a sweep.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::program::{folder_with, printed, tumblenet, write_json};
-use common::{small_scene, within};
+use crate::common::program::{folder_with, printed, tumblenet, write_json};
+use crate::common::{small_scene, within};
 use serde_json::{Value, json};
 use tumblenet::parameter::spec::Varied;
 use tumblenet::parameter::{Own, Parameter};

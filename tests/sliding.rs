@@ -2,9 +2,9 @@
 //!
 //! A cabin's gravity g presses the knot on the plate, so it decelerates by μ(v) g.
 
-mod common;
+use crate::common;
 
-use common::{below, case_of, changed, knots, small_scene, tie};
+use crate::common::{below, case_of, changed, knots, small_scene, tie};
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::friction::Law;

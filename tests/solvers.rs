@@ -1,8 +1,8 @@
 //! Every supported pair of cables and contact answers the same questions.
 
-mod common;
+use crate::common;
 
-use common::{changes_of, pairs};
+use crate::common::{changes_of, pairs};
 use tumblenet::case::Case;
 use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;

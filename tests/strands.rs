@@ -1,8 +1,8 @@
 //! Cables against the target, and strands of the net against each other.
 
-mod common;
+use crate::common;
 
-use common::{
+use crate::common::{
     FAST_PAIRS, below, case_of, changed, changes_of, knots, pairs, scene, small_scene, solver_of, spread, tie,
 };
 use nalgebra::Vector3;

@@ -1,11 +1,9 @@
 //! Sweeps: faults of a study, the table, and that nothing but the study is in it: no thread, no shard, no kill.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use common::program::{command, folder_with, printed, tiny_capture, tumblenet};
+use crate::common::program::{command, folder_with, printed, tiny_capture, tumblenet};
 use serde_json::{Value, json};
 use tumblenet::limits::Limits;
 use tumblenet::study::sweep::Sweep;
@@ -339,17 +337,6 @@ fn what_the_scene_does_not_allow_at_the_ends_is_told_before_anything_runs() {
             .to_string();
         assert!(problems.contains(fault), "{fault} not in {problems}");
     }
-}
-
-/// `RENEW=1 cargo test --test sweep` writes it anew, as `tumblenet schema study` prints it.
-#[test]
-fn an_editor_finds_the_schema_of_studies_as_it_is() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/study.schema.json");
-    let schema = printed(Path::new("."), &["schema", "study"]);
-    if std::env::var_os("RENEW").is_some() {
-        std::fs::write(path, &schema).unwrap();
-    }
-    assert!(std::fs::read_to_string(path).unwrap() == schema, "RENEW=1 cargo test --test sweep");
 }
 
 #[test]

@@ -1,11 +1,9 @@
 //! What is uncertain in a scene: drawn for each member, shown, checked, and nothing where it is not asked for.
 
-mod common;
-
 use std::path::Path;
 
-use common::program::{folder_with, printed, tiny_capture, tumblenet, write_json};
-use common::{below, case_of, small_scene, source_of, within};
+use crate::common::program::{folder_with, printed, tiny_capture, tumblenet, write_json};
+use crate::common::{below, case_of, small_scene, source_of, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;

@@ -1,8 +1,8 @@
 //! The verdict in time, as a user meets it: run on until it is decided, warned before, watched after.
 
-mod common;
+use crate::common;
 
-use common::program::{tumblenet, write_json};
+use crate::common::program::{tumblenet, write_json};
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::metrics::verdict::Verdict;

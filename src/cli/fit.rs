@@ -8,8 +8,9 @@ use tumblenet::report::fit as report;
 use tumblenet::study::experiment::checked::FitStudy;
 
 use super::reading::Reading;
+use super::reported::Told;
 use super::terminal::{Progress, stage};
-use super::{Error, Format, interrupt, json, print, say};
+use super::{Error, interrupt};
 
 /// Arguments of `fit`.
 #[derive(Args)]
@@ -22,9 +23,8 @@ pub struct Arguments {
     /// Folder for the result; left out: results/NAME.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// How the result is printed.
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    told: Told,
 }
 
 /// Runs the fit of the arguments.
@@ -44,11 +44,5 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     drop(bar);
     stage("writing");
     report::write(&out, &fit)?;
-    match arguments.format {
-        Format::Json => print(&json(&fit)),
-        Format::Text => {
-            say(&report::text(&fit))?;
-            say(&format!("Results: {}", out.join("fit.html").display()))
-        }
-    }
+    arguments.told.tell(&fit, &report::text(&fit), &out.join("fit.html"))
 }

@@ -19,9 +19,29 @@ pub struct Reported {
     /// Folder for the result; left out: that of the sweep.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    told: Told,
+}
+
+/// How a result is told.
+#[derive(Args)]
+pub struct Told {
     /// How the result is printed.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
+}
+
+impl Told {
+    /// Prints a result: `value`, or in words `text` and where its `page` is.
+    pub fn tell(&self, value: &impl Serialize, text: &str, page: &Path) -> Result<(), Error> {
+        match self.format {
+            Format::Json => print(&json(value)),
+            Format::Text => {
+                say(text)?;
+                say(&format!("Results: {}", page.display()))
+            }
+        }
+    }
 }
 
 impl Reported {
@@ -39,13 +59,6 @@ impl Reported {
 
     /// Prints the result: `value`, or in words `text` and where its `page` is.
     pub fn tell(&self, value: &impl Serialize, text: &str, page: &str) -> Result<(), Error> {
-        match self.format {
-            Format::Json => print(&json(value)),
-            Format::Text => {
-                say(text)?;
-                let folder = self.out.as_ref().unwrap_or(&self.folder);
-                say(&format!("Results: {}", folder.join(page).display()))
-            }
-        }
+        self.told.tell(value, text, &self.out.as_ref().unwrap_or(&self.folder).join(page))
     }
 }

@@ -13,9 +13,10 @@ use tumblenet::study::experiment::paths::KnotPaths;
 use tumblenet::study::experiment::residual::ResidualRequest;
 use tumblenet::study::experiment::tracks::{MarkerTracks, Matching};
 
+use super::Error;
 use super::reading::Reading;
+use super::reported::Told;
 use super::terminal::{Progress, stage};
-use super::{Error, Format, json, print, say};
 
 /// Arguments of `residual`.
 #[derive(Args)]
@@ -40,9 +41,8 @@ pub struct Arguments {
     /// Folder for the result; left out: results/NAME/residual.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// How the result is printed.
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    told: Told,
 }
 
 /// What is fitted first.
@@ -97,13 +97,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     stage("writing");
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name).join("residual"));
     report::write(&out, &residuals)?;
-    match arguments.format {
-        Format::Json => print(&json(&residuals)),
-        Format::Text => {
-            say(&report::text(&residuals))?;
-            say(&format!("Results: {}", out.join("residual.html").display()))
-        }
-    }
+    arguments.told.tell(&residuals, &report::text(&residuals), &out.join("residual.html"))
 }
 
 /// The run's name, and where its knots were: read from its folder, or run now.

@@ -19,6 +19,7 @@ use crate::case::Case;
 use crate::geometry::Hull;
 use crate::run::Run;
 use crate::state::Body;
+use crate::target::parts::ConvexPart;
 
 const FILE: &str = "run.glb";
 
@@ -41,12 +42,12 @@ pub fn write(out: &Path, case: &Case, run: &Run) -> Result<PathBuf, WriteError> 
     scene.times = scene.array(&times, "SCALAR", Some(json!({ "min": [bounds[0]], "max": [bounds[1]] })));
     net(&mut scene, case, run);
     if let Some(target) = case.target() {
-        let parts = target.parts.iter().map(|part| part.hull_points().collect::<Vec<_>>());
+        let parts = target.parts.iter().filter_map(ConvexPart::hull);
         scene.body("target", parts, &run.frames.target, [0.35, 0.4, 0.5]);
     }
     if let Some(chaser) = run.chaser {
-        let corners = chaser.corners(&Body::at_rest()).to_vec();
-        scene.body("chaser", [corners].into_iter(), &run.frames.chaser, [0.6, 0.6, 0.6]);
+        let block = Hull::of(&chaser.corners(&Body::at_rest()));
+        scene.body("chaser", block.into_iter(), &run.frames.chaser, [0.6, 0.6, 0.6]);
     }
     let place = out.join(FILE);
     files::write(&place, |file| scene.write(&case.scene().title, file))?;
@@ -127,14 +128,9 @@ impl GltfScene {
     }
 
     /// A mesh of hulls.
-    fn hulls(
-        &mut self,
-        name: &str,
-        clouds: impl Iterator<Item = Vec<Vector3<f64>>>,
-        colour: [f32; 3],
-    ) -> usize {
+    fn hulls(&mut self, name: &str, hulls: impl Iterator<Item = Hull>, colour: [f32; 3]) -> usize {
         let (mut points, mut corners) = (Vec::new(), Vec::new());
-        for hull in clouds.filter_map(|cloud| Hull::of(&cloud)) {
+        for hull in hulls {
             let first = points.len() as u32;
             points.extend(&hull.vertices);
             corners.extend(hull.triangles.iter().flatten().map(|corner| first + corner));
@@ -158,15 +154,9 @@ impl GltfScene {
         self.channels.push(json!({ "sampler": self.samplers.len() - 1, "target": target }));
     }
 
-    fn body(
-        &mut self,
-        name: &str,
-        clouds: impl Iterator<Item = Vec<Vector3<f64>>>,
-        poses: &[Body],
-        colour: [f32; 3],
-    ) {
+    fn body(&mut self, name: &str, hulls: impl Iterator<Item = Hull>, poses: &[Body], colour: [f32; 3]) {
         let Some(first) = poses.first() else { return };
-        let mesh = self.hulls(name, clouds, colour);
+        let mesh = self.hulls(name, hulls, colour);
         let turn = |attitude: &UnitQuaternion<f64>| -> [f32; 4] {
             std::array::from_fn(|part| attitude.coords[part] as f32)
         };
@@ -226,8 +216,8 @@ fn net(scene: &mut GltfScene, case: &Case, run: &Run) {
     let start = &frames.knots[0];
     let radius = net.bullets.iter().map(|&bullet| net.radius[bullet]).fold(0.0, f64::max);
     let tips = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let tips = tips.into_iter().flat_map(|axis| [radius * axis, -radius * axis]).collect();
-    let bullet = scene.hulls("bullet", [tips].into_iter(), [0.9, 0.5, 0.1]);
+    let tips: Vec<_> = tips.into_iter().flat_map(|axis| [radius * axis, -radius * axis]).collect();
+    let bullet = scene.hulls("bullet", Hull::of(&tips).into_iter(), [0.9, 0.5, 0.1]);
     let mut joints = Vec::new();
     for (knot, place) in start.iter().enumerate() {
         let mut node = json!({ "name": format!("knot {knot}"), "translation": single(place) });

@@ -11,7 +11,6 @@ use ndarray_npy::NpzWriter;
 use super::files::{self, WriteError};
 use super::replay;
 use crate::case::Case;
-use crate::geometry::Hull;
 use crate::interaction::DrawnThread;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
@@ -361,7 +360,7 @@ fn mark(state: Verdict) -> &'static str {
 
 /// Threads and winches, as the replay shows them.
 fn closing(run: &Run) -> Option<replay::ReplayClosing> {
-    let (_, report) = run.reports.iter().find(|(_, report)| !report.threads.is_empty())?;
+    let report = run.closing()?;
     let thread = |drawn: &DrawnThread| {
         let [length_m, off_reels_m, tension_n] = drawn.columns.each_ref().map(|name| run.reading(name));
         replay::ReplayThread { way: drawn.way.clone(), stop_m: drawn.stop, length_m, off_reels_m, tension_n }
@@ -383,7 +382,7 @@ fn block(chaser: &FreeBody, body: &Body) -> [Vector3<f64>; 9] {
 
 /// A part as triangles in the body frame: the hull of its outline.
 fn outline(part: &ConvexPart) -> replay::ReplayMesh {
-    let Some(hull) = Hull::of(&part.hull_points().collect::<Vec<_>>()) else {
+    let Some(hull) = part.hull() else {
         return replay::ReplayMesh { vertices: Vec::new(), triangles: Vec::new() };
     };
     replay::ReplayMesh {

@@ -22,6 +22,7 @@ use crate::geometry::Hull;
 use crate::interaction::DrawnThread;
 use crate::run::Run;
 use crate::state::Body;
+use crate::target::parts::ConvexPart;
 
 /// The folder within a run's results.
 const FOLDER: &str = "vtk";
@@ -169,7 +170,7 @@ fn net(case: &Case, run: &Run, frame: usize) -> Piece {
 
 /// The closing threads, over the knots they pass; a stretch outside of the net is left out.
 fn threads(run: &Run, frame: usize) -> Option<Piece> {
-    let (_, report) = run.reports.iter().find(|(_, report)| !report.threads.is_empty())?;
+    let report = run.closing()?;
     let reading = |thread: &DrawnThread, column: usize| {
         let place = run.reading_names.iter().position(|name| *name == thread.columns[column]);
         place.map_or(0.0, |place| run.frames.readings[frame][place])
@@ -204,7 +205,7 @@ struct MovingHulls<'a> {
 fn bodies<'a>(case: &Case, run: &'a Run) -> Vec<MovingHulls<'a>> {
     let mut bodies = Vec::new();
     if let Some(target) = case.target() {
-        let parts = target.parts.iter().filter_map(|part| Hull::of(&part.hull_points().collect::<Vec<_>>()));
+        let parts = target.parts.iter().filter_map(ConvexPart::hull);
         bodies.push(MovingHulls { name: "target", piece: of_hulls(parts), poses: &run.frames.target });
     }
     if let (Some(chaser), Some(_)) = (run.chaser, run.frames.chaser.first()) {

@@ -28,11 +28,40 @@ pub fn shape(xi: f64) -> [f64; COORDINATES] {
     [1.0 - 3.0 * square + 2.0 * cube, xi - 2.0 * square + cube, 3.0 * square - 2.0 * cube, cube - square]
 }
 
+/// The coordinates of a cable of several elements, as places in its list: node by node, position then slope.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeList {
+    /// Elements of a cable.
+    pub elements: usize,
+}
+
+impl NodeList {
+    /// Entries in the list.
+    pub fn size(self) -> usize {
+        2 * self.elements + 2
+    }
+
+    /// The positions of the two ends, which are knots and shared with other cables.
+    pub fn ends(self) -> [usize; 2] {
+        [0, 2 * self.elements]
+    }
+
+    /// How many others there are.
+    pub fn n_inner(self) -> usize {
+        2 * self.elements
+    }
+
+    /// All others: they are the cable's own.
+    pub fn inner(self) -> impl Iterator<Item = usize> {
+        (1..self.size()).filter(move |place| *place != 2 * self.elements)
+    }
+}
+
 /// The elements of a net.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ElementNet {
-    /// Elements of a cable.
-    pub elements: usize,
+    /// Coordinates of each cable.
+    pub layout: NodeList,
     /// The knots at both ends of each cable.
     pub ends: Vec<[usize; 2]>,
     /// Mass of an element of each cable [kg].
@@ -62,18 +91,13 @@ fn gauss() -> [(f64, f64); 4] {
 }
 
 impl ElementNet {
-    /// A cable's own coordinates.
-    pub fn n_own(&self) -> usize {
-        2 * self.elements
-    }
-
     /// Where entry `place` in the list of a cable stands.
     pub fn coordinate(&self, cable: usize, place: usize) -> Coordinate {
-        let last = 2 * self.elements;
+        let [first, last] = self.layout.ends();
         match place {
-            0 => Coordinate::Knot(self.ends[cable][0]),
+            _ if place == first => Coordinate::Knot(self.ends[cable][0]),
             _ if place == last => Coordinate::Knot(self.ends[cable][1]),
-            _ => Coordinate::Own(cable * self.n_own() + place - 1 - usize::from(place > last)),
+            _ => Coordinate::Own(cable * self.layout.n_inner() + place - 1 - usize::from(place > last)),
         }
     }
 
@@ -93,11 +117,10 @@ impl ElementNet {
     /// The own coordinates of all cables where every cable lies straight between its knots and moves with them.
     pub fn straight(&self, knots: &Knots) -> Knots {
         let own = |of: &[Vector3<f64>]| {
-            let mut inner = Vec::with_capacity(self.ends.len() * self.n_own());
+            let mut inner = Vec::with_capacity(self.ends.len() * self.layout.n_inner());
             for &[a, b] in &self.ends {
-                let piece = (of[b] - of[a]) / self.elements as f64;
-                let places = (1..2 * self.elements + 2).filter(|place| *place != 2 * self.elements);
-                inner.extend(places.map(|place| match place % 2 {
+                let piece = (of[b] - of[a]) / self.layout.elements as f64;
+                inner.extend(self.layout.inner().map(|place| match place % 2 {
                     1 => piece,
                     _ => of[a] + (place / 2) as f64 * piece,
                 }));
@@ -110,8 +133,8 @@ impl ElementNet {
     /// Places along `cable` from end to end, [`PIECES`] of equal share apart [m].
     pub fn line(&self, cable: usize, knots: &Knots, inner: &Knots) -> Vec<Vector3<f64>> {
         let place = |i: usize| {
-            let along = (i * self.elements) as f64 / PIECES as f64;
-            let element = (along as usize).min(self.elements - 1);
+            let along = (i * self.layout.elements) as f64 / PIECES as f64;
+            let element = (along as usize).min(self.layout.elements - 1);
             let nodes = self.of_element(cable, element);
             let nodes = nodes.map(|at| Self::value(&knots.position, &inner.position, at));
             blend(&shape(along - element as f64), &nodes)
@@ -131,7 +154,7 @@ impl ElementNet {
         }
         let points = gauss().map(|(place, weight)| (shape(place), weight));
         for (cable, &mass) in self.element_mass[..self.ends.len()].iter().enumerate() {
-            for element in 0..self.elements {
+            for element in 0..self.layout.elements {
                 let coordinates = self.of_element(cable, element);
                 let x = coordinates.map(|at| Self::value(&knots.position, &inner.position, at));
                 let v = coordinates.map(|at| Self::value(&knots.velocity, &inner.velocity, at));
@@ -164,7 +187,7 @@ impl ElementNet {
         let at_knots: Vec<_> = knots.position.iter().zip(&knots.velocity).map(|(x, v)| kick(x, v)).collect();
         let mut at_own = vec![Vector3::zeros(); inner.position.len()];
         for cable in 0..self.ends.len() {
-            for node in 0..=self.elements {
+            for node in 0..=self.layout.elements {
                 let [position, slope] = [2 * node, 2 * node + 1].map(|place| self.coordinate(cable, place));
                 let x = Self::value(&knots.position, &inner.position, position);
                 let v = Self::value(&knots.velocity, &inner.velocity, position);
@@ -196,7 +219,7 @@ mod tests {
 
     fn net() -> ElementNet {
         ElementNet {
-            elements: 2,
+            layout: NodeList { elements: 2 },
             ends: vec![[0, 1], [1, 2]],
             element_mass: vec![0.3, 0.2],
             own_mass: vec![1.0, 0.0, 0.5],

@@ -9,5 +9,35 @@ pub mod stress;
 pub mod survival;
 pub mod sweep;
 
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+
+use crate::json;
+use crate::limits::Limits;
+use crate::problems::Problems;
+use crate::read;
+use crate::scene;
+
+/// Reads the study file at `path`, and makes of it what `check` says; `known` is what may stand in its place.
+///
+/// # Errors
+/// Every fault at once.
+fn load<S: JsonSchema + DeserializeOwned + 'static, T>(
+    path: &str,
+    known: &str,
+    limits: Limits,
+    check: impl FnOnce(S, &Path, Limits, &mut Problems) -> Option<T>,
+) -> Result<T, Problems> {
+    let mut problems = Problems::new(path);
+    let file = Path::new(path);
+    let text = scene::read_text(file, &limits, || known.to_owned(), &mut problems);
+    let written = text.and_then(|text| json::parse(&text, "", &mut problems));
+    let spec = written.and_then(|value| read::typed::<S>(&value, "", &mut problems));
+    let study = spec.and_then(|spec| check(spec, file, limits, &mut problems));
+    problems.into_result(study)
+}
+
 /// Quantile of 97.5 % of the standard normal distribution: half an interval of 95 %, in standard deviations.
 pub const Z: f64 = 1.959_963_984_540_054;

@@ -288,6 +288,12 @@ impl ConvexPart {
         self.primitive.hull_points().into_iter().map(|point| self.to_body(&point))
     }
 
+    /// The part as a polyhedron in the body frame: its own hull, or that of points on a round one; `None` where it is too
+    /// thin to have one.
+    pub fn hull(&self) -> Option<Hull> {
+        Hull::of(&self.hull_points().collect::<Vec<_>>())
+    }
+
     /// The furthest point along `direction`, both in the body frame [m].
     pub fn support(&self, direction: &Vector3<f64>) -> Vector3<f64> {
         let direction = self.pose.rotation.inverse_transform_vector(direction);

@@ -15,6 +15,7 @@
 use nalgebra::DMatrix;
 
 pub use crate::state::elements::COORDINATES;
+use crate::state::elements::NodeList;
 
 /// A matrix of an element, the same for each of the three axes.
 pub type ElementMatrix = [[f64; COORDINATES]; COORDINATES];
@@ -83,41 +84,17 @@ pub fn derivatives(xi: f64) -> [f64; COORDINATES] {
     [-chord, 1.0 - 4.0 * xi + 3.0 * xi * xi, chord, -2.0 * xi + 3.0 * xi * xi]
 }
 
-/// The coordinates of a cable of several elements, as places in its list: node by node, position then slope.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodeList {
-    /// Elements of a cable.
-    pub elements: usize,
-}
-
-impl NodeList {
-    /// Entries in the list.
-    pub fn size(self) -> usize {
-        2 * self.elements + 2
-    }
-
-    /// The positions of the two ends, which are knots and shared with other cables.
-    pub fn ends(self) -> [usize; 2] {
-        [0, 2 * self.elements]
-    }
-
-    /// All others: they are the cable's own.
-    pub fn inner(self) -> impl Iterator<Item = usize> {
-        (1..self.size()).filter(move |place| *place != 2 * self.elements)
-    }
-
-    /// A cable's matrix, of elements that all have `matrix`.
-    fn assemble(self, matrix: &ElementMatrix) -> DMatrix<f64> {
-        let mut all = DMatrix::zeros(self.size(), self.size());
-        for element in 0..self.elements {
-            for (i, row) in matrix.iter().enumerate() {
-                for (j, value) in row.iter().enumerate() {
-                    all[(2 * element + i, 2 * element + j)] += value;
-                }
+/// A cable's matrix, of elements that all have `matrix`.
+fn assemble(layout: NodeList, matrix: &ElementMatrix) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(layout.size(), layout.size());
+    for element in 0..layout.elements {
+        for (i, row) in matrix.iter().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                all[(2 * element + i, 2 * element + j)] += value;
             }
         }
-        all
     }
+    all
 }
 
 /// The mass matrix of a cable of elements of unit mass, with the cable's own coordinates eliminated:
@@ -137,7 +114,7 @@ pub struct Condensation {
 impl Condensation {
     /// That of `layout`.
     pub fn new(layout: NodeList) -> Condensation {
-        let mass = layout.assemble(&MASS);
+        let mass = assemble(layout, &MASS);
         let inner: Vec<usize> = layout.inner().collect();
         let own = DMatrix::from_fn(inner.len(), inner.len(), |i, j| mass[(inner[i], inner[j])]);
         let coupling = DMatrix::from_fn(inner.len(), 2, |i, end| mass[(inner[i], layout.ends()[end])]);
@@ -211,8 +188,7 @@ mod tests {
         for elements in [1, 2, 3, 5] {
             let layout = NodeList { elements };
             let force: Vec<f64> = (0..layout.size()).map(|i| (1.7 * i as f64).sin()).collect();
-            let whole = layout
-                .assemble(&MASS)
+            let whole = assemble(layout, &MASS)
                 .lu()
                 .solve(&DMatrix::from_column_slice(force.len(), 1, &force))
                 .unwrap();

@@ -8,14 +8,14 @@
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
 
-use super::element::{COORDINATES, Condensation, NodeList};
+use super::element::{COORDINATES, Condensation};
 use super::law::{ElementLaw, bend};
 use super::mass::{KnotMass, own_mass};
 use super::motion::{Axes, Coordinates, add, padded, two};
 use crate::net::Net;
 use crate::solver::Ancf;
 use crate::state::Knots;
-use crate::state::elements::ElementNet;
+use crate::state::elements::{ElementNet, NodeList};
 
 /// The net as cable elements.
 pub struct AncfNet {
@@ -39,17 +39,17 @@ pub struct AncfNet {
 
 /// The elements of `net` as the state knows them.
 pub fn element_net(net: &Net, ancf: &Ancf) -> ElementNet {
-    let elements = ancf.elements as usize;
-    let element_mass: Vec<f64> = net.cables.iter().map(|cable| cable.mass / elements as f64).collect();
+    let layout = NodeList { elements: ancf.elements as usize };
+    let element_mass: Vec<f64> = net.cables.iter().map(|cable| cable.mass / layout.elements as f64).collect();
     let own_mass = own_mass(net);
-    let end = Condensation::new(NodeList { elements }).ends[0][0];
+    let end = Condensation::new(layout).ends[0][0];
     let mut answering_mass = own_mass.clone();
     for (cable, mass) in net.cables.iter().zip(&element_mass) {
         answering_mass[cable.a] += end * mass;
         answering_mass[cable.b] += end * mass;
     }
     let ends = net.cables.iter().map(|cable| [cable.a, cable.b]).collect();
-    ElementNet { elements, ends, element_mass, own_mass, answering_mass }
+    ElementNet { layout, ends, element_mass, own_mass, answering_mass }
 }
 
 impl AncfNet {

@@ -15,12 +15,12 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::element::{COORDINATES, Condensation, NodeList};
+use super::element::{COORDINATES, Condensation};
 use super::kernel::{AncfNet, element_net};
 use crate::contact::NetMotion;
 use crate::net::Net;
 use crate::solver::Ancf;
-use crate::state::elements::{ElementNet, blend, shape};
+use crate::state::elements::{ElementNet, NodeList, blend, shape};
 use crate::state::{Along, Contact, Knots};
 
 /// Share of D_pp below which D_qp is left out.
@@ -89,9 +89,8 @@ pub fn point_net(net: &Net, ancf: &Ancf) -> Net {
 
 /// Mass with which each of them answers an impulse while the knots around it are held [kg].
 pub fn answering_mass(net: &Net, ancf: &Ancf) -> Vec<f64> {
-    let layout = NodeList { elements: ancf.elements as usize };
+    let ElementNet { layout, element_mass, mut answering_mass, .. } = element_net(net, ancf);
     let condensed = Condensation::new(layout);
-    let ElementNet { element_mass, mut answering_mass, .. } = element_net(net, ancf);
     let of_spheres: Vec<f64> = spheres(net, ancf)
         .iter()
         .map(|(a, sphere)| {

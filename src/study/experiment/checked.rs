@@ -7,13 +7,12 @@ use super::spec::FitSpec;
 use super::tracks::{MarkerTracks, Matching, Paired};
 use crate::case::Case;
 use crate::case::uncertain::check_ends;
-use crate::json;
 use crate::limits::{Limit, Limits};
 use crate::parameter::{self, Own, Parameter};
 use crate::problems::{Problems, join};
-use crate::read;
 use crate::run::Run;
-use crate::scene::{self, Source};
+use crate::scene::Source;
+use crate::study;
 use crate::study::sweep::{SceneOf, built};
 use crate::target::files::Files;
 
@@ -73,13 +72,7 @@ impl FitStudy {
     /// # Errors
     /// Every fault at once: of the fit, its scene, its tracks, and of the scene at the ends of the ranges.
     pub fn load(path: &str, limits: Limits) -> Result<FitStudy, Problems> {
-        let mut problems = Problems::new(path);
-        let file = Path::new(path);
-        let text = scene::read_text(file, &limits, || "the path of a fit".to_owned(), &mut problems);
-        let written = text.and_then(|text| json::parse(&text, "", &mut problems));
-        let spec = written.and_then(|value| read::typed::<FitSpec>(&value, "", &mut problems));
-        let study = spec.and_then(|spec| FitStudy::check(spec, file, limits, &mut problems));
-        problems.into_result(study)
+        study::load(path, "the path of a fit", limits, FitStudy::check)
     }
 
     fn check(spec: FitSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<FitStudy> {

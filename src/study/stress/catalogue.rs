@@ -9,6 +9,7 @@ mod long;
 use serde_json::{Value, json};
 
 use super::hard::StressCase;
+use crate::json;
 use crate::solver::{ContactModel, ELEMENT_PAIRS};
 
 /// Why pairs whose step is that of an explicit force are left out of long cases.
@@ -80,25 +81,13 @@ fn small_capture() -> Value {
 /// `scene` with a target of one part, `distance` away, and what else is said of it.
 fn with_target(mut scene: Value, part: Value, distance: f64, more: Value) -> Value {
     scene["target"] = json!({ "shape": { "parts": [part] }, "distance_m": distance });
-    merge(&mut scene["target"], more);
+    json::merge(&mut scene["target"], more);
     scene
-}
-
-/// Puts the members of `from` into `into`, those of objects within each other.
-fn merge(into: &mut Value, from: Value) {
-    match (into, from) {
-        (Value::Object(into), Value::Object(from)) => {
-            for (key, value) in from {
-                merge(into.entry(key).or_insert(Value::Null), value);
-            }
-        }
-        (into, from) => *into = from,
-    }
 }
 
 /// `scene` with what `change` says.
 fn with(mut scene: Value, change: Value) -> Value {
-    merge(&mut scene, change);
+    json::merge(&mut scene, change);
     scene
 }
 

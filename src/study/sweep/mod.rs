@@ -35,7 +35,6 @@ use crate::metrics::summary::Summary;
 use crate::parameter::{self, Own, Parameter, Pick};
 use crate::problems::{Problems, did_you_mean, visible};
 use crate::provenance::Provenance;
-use crate::read;
 use crate::scene::{self, Source};
 use crate::target::files::Files;
 use design::{Picks, Points};
@@ -97,13 +96,13 @@ impl SweepPlan {
     /// Why it is not, in words.
     pub fn check(&self) -> Result<(), String> {
         if self.key.len() != 16 || HEXLOWER.decode(self.key.as_bytes()).is_err() {
-            return Err(format!("key: found {:?}; allowed: 16 digits of a hash", self.key));
+            return Err(format!("its key is {:?}, not 16 digits of a hash", self.key));
         }
         if self.members > MOST_MEMBERS {
-            return Err(format!("members: found {}; allowed: at most {MOST_MEMBERS}", self.members));
+            return Err(format!("it has {} members, above {MOST_MEMBERS}", self.members));
         }
         if self.study.members == 0 {
-            return Err("study.members: found 0; allowed: at least 1".to_owned());
+            return Err("it has no members at its points".to_owned());
         }
         Ok(())
     }
@@ -163,13 +162,7 @@ impl Sweep {
     /// # Errors
     /// Every fault at once: of the study, of its scene, and of the scene at the ends of every parameter.
     pub fn load(path: &str, limits: Limits) -> Result<Sweep, Problems> {
-        let mut problems = Problems::new(path);
-        let file = Path::new(path);
-        let text = scene::read_text(file, &limits, || "the path of a study file".to_owned(), &mut problems);
-        let written = text.and_then(|text| json::parse(&text, "", &mut problems));
-        let spec = written.and_then(|value| read::typed::<SweepSpec>(&value, "", &mut problems));
-        let sweep = spec.and_then(|spec| Sweep::check(spec, file, limits, &mut problems));
-        problems.into_result(sweep)
+        super::load(path, "the path of a study file", limits, Sweep::check)
     }
 
     fn check(spec: SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Sweep> {

@@ -10,9 +10,6 @@ use crate::parameter::spec::Varied;
 use crate::quantity::Positive;
 use crate::study::compare::variants::PAIRS;
 
-/// Beyond it not every whole number is one of JSON: 2⁵³ − 1.
-const LARGEST: u64 = 9_007_199_254_740_991;
-
 /// A sweep: one scene run at many points of its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -40,7 +37,7 @@ pub struct SweepSpec {
     pub design: Design,
     /// Members at each point: they differ in the last digits of the folded net, and in what is uncertain.
     #[serde(default = "SweepSpec::one")]
-    #[schemars(range(min = 1, max = LARGEST))]
+    #[schemars(range(min = 1))]
     pub members: u64,
     /// Largest displacement of a knot of the folded net along each axis [m].
     #[serde(default = "SweepSpec::micrometre")]
@@ -48,7 +45,6 @@ pub struct SweepSpec {
     pub perturb_m: f64,
     /// Seed of everything that is drawn.
     #[serde(default = "SweepSpec::one")]
-    #[schemars(range(min = 0, max = LARGEST))]
     pub seed: u64,
     /// For how long at most a member goes on until its verdict is decided [s]; absent: to the scene's end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -115,7 +111,7 @@ pub enum Design {
     /// So many points at random; more may be added later.
     Random {
         /// How many.
-        #[schemars(range(min = 1, max = LARGEST))]
+        #[schemars(range(min = 1))]
         points: u64,
     },
     /// Two independent Sobol points A and B for every one of so many blocks, and A with one input after the other taken

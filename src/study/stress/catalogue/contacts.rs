@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::{COARSE, OVERLAPS, RISES, SOFT, TOO_LONG, net, with, with_target};
 use crate::case::Built;
+use crate::json;
 use crate::study::stress::hard::{StressCase, Theme};
 
 /// The cases.
@@ -66,7 +67,7 @@ fn edges() -> [StressCase; 5] {
     let shot = |speed| flat(6, 0.07, speed, 0.6);
     let onto = |part: Value, distance: f64, more: Value| {
         let mut target = json!({ "motion": "fixed" });
-        super::merge(&mut target, more);
+        json::merge(&mut target, more);
         with_target(shot(1.5), part, distance, target)
     };
     let wedge = json!({ "convex": { "points_m": [
