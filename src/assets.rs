@@ -1,6 +1,6 @@
-//! Scenes, shapes and materials that travel inside the program.
+//! Scenes, shapes, materials and studies that travel inside the program.
 //!
-//! They are the files of `scenarios/` and `assets/`, embedded as they lie there.
+//! They are the files of `scenarios/`, `assets/` and `examples/studies/`, embedded as they lie there.
 
 use include_dir::{Dir, include_dir};
 
@@ -9,6 +9,7 @@ use crate::problems::nearest;
 static SCENARIOS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/scenarios");
 static SHAPES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/shapes");
 static MATERIALS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/materials");
+static STUDIES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/examples/studies");
 static CABINS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/cabins");
 
 /// A kind of built-in file.
@@ -20,6 +21,8 @@ pub enum Kind {
     Shape,
     /// Cable materials (`assets/materials/`).
     Material,
+    /// Studies of sweeps (`examples/studies/`).
+    Study,
     /// Residual gravity and rotation of a cabin over time (`assets/cabins/`).
     Cabin,
 }
@@ -30,6 +33,7 @@ impl Kind {
             Kind::Scene => &SCENARIOS,
             Kind::Shape => &SHAPES,
             Kind::Material => &MATERIALS,
+            Kind::Study => &STUDIES,
             Kind::Cabin => &CABINS,
         }
     }
@@ -38,7 +42,7 @@ impl Kind {
     fn ending(self) -> &'static str {
         match self {
             Kind::Cabin => ".csv",
-            Kind::Scene | Kind::Shape | Kind::Material => ".json",
+            Kind::Scene | Kind::Shape | Kind::Material | Kind::Study => ".json",
         }
     }
 

@@ -2,8 +2,9 @@
 //! arguments, spoilt at random, and bytes of no meaning. What passes the checks takes a few steps.
 //!
 //! Readers: scene, shape, mesh, profile, the arguments `--set` and `--vary`, a kept member of an ensemble and of a
-//! comparison, a study of costs; the study of a sweep, its plan, and its rows with all that is made of them. Inputs that once went wrong are kept in `tests/corpus/`, a folder a reader; they are
-//! read as they are, and spoilt with the others.
+//! comparison, a study of costs; the study of a sweep, its plan, and its rows with all that is made of them; measured
+//! tracks, a fit to them, and the trajectory of a run. Inputs that once went wrong are kept in `tests/corpus/`, a folder a
+//! reader; they are read as they are, and spoilt with the others.
 //!
 //! A short seeded round runs with the tests. The long one, of a night:
 //! `FUZZ=200000 cargo test --release --test fuzz -- --nocapture`; `FUZZ_FROM=N` starts at input N.
@@ -11,12 +12,15 @@
 #[path = "common/mutate.rs"]
 mod mutate;
 
+use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cpu_time::ProcessTime;
 use mutate::{noise, pick, spoil, spoil_bytes};
+use ndarray::{Array1, Array3};
+use ndarray_npy::NpzWriter;
 use peak_alloc::PeakAlloc;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -28,11 +32,13 @@ use tumblenet::limits::Limits;
 use tumblenet::problems::Problems;
 use tumblenet::report::map::MapRequest;
 use tumblenet::report::rows::{KeptRows, line};
-use tumblenet::report::{dependency, sensitivity, sweep};
+use tumblenet::report::{dependency, recorded, sensitivity, sweep};
 use tumblenet::scene::Source;
 use tumblenet::simulation::Simulation;
 use tumblenet::study::compare::track;
 use tumblenet::study::compare::variants::variants;
+use tumblenet::study::experiment::checked::FitStudy;
+use tumblenet::study::experiment::tracks::MarkerTracks;
 use tumblenet::study::sweep::outcome::MapOutcome;
 use tumblenet::study::sweep::{Sweep, SweepPlan};
 use tumblenet::study::{cost, ensemble};
@@ -59,6 +65,12 @@ struct Stock {
     /// The plan of a sweep, and rows of it.
     plan: SweepPlan,
     rows: Vec<u8>,
+    /// A fit, its scene, and the tracks that it is of.
+    fit: Value,
+    fit_scene: Value,
+    tracks: Vec<u8>,
+    /// `trajectory.npz` of a run.
+    trajectory: Vec<u8>,
     /// The corpus: reader, ending of the name, bytes.
     corpus: Vec<(String, String, Vec<u8>)>,
 }
@@ -114,7 +126,21 @@ impl Stock {
         let meshes = meshes().into_iter().map(|(bytes, ending)| (bytes, ending.to_owned()));
         let (studies, plan) = studies();
         let rows = rows(&plan);
-        Stock { scenes, shapes, meshes: meshes.chain(of_corpus).collect(), studies, plan, rows, corpus }
+        let fits = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/fits");
+        let fit = |name: &str| std::fs::read(fits.join(name)).unwrap();
+        Stock {
+            scenes,
+            shapes,
+            meshes: meshes.chain(of_corpus).collect(),
+            studies,
+            plan,
+            rows,
+            fit: serde_json::from_slice(&fit("cord.json")).unwrap(),
+            fit_scene: serde_json::from_slice(&fit("cord-net.json")).unwrap(),
+            tracks: fit("cord.csv"),
+            trajectory: trajectory(),
+            corpus,
+        }
     }
 }
 
@@ -229,6 +255,17 @@ fn meshes() -> Vec<(Vec<u8>, &'static str)> {
     ]
 }
 
+/// What `residual` and `fit` read of a run: three frames of a net of one mesh.
+fn trajectory() -> Vec<u8> {
+    let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
+    npz.add_array("t", &Array1::from_vec(vec![0.0, 0.1, 0.2])).unwrap();
+    let of = |offset: f64| Array3::from_shape_fn([3, 8, 3], |(i, j, k)| offset + (i + 2 * j + 3 * k) as f64);
+    npz.add_array("knots", &of(0.0)).unwrap();
+    npz.add_array("velocities", &of(0.5)).unwrap();
+    npz.add_array("grid", &Array1::from_vec(vec![2_i64, 2])).unwrap();
+    npz.finish().unwrap().into_inner()
+}
+
 /// What became of an input.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Outcome {
@@ -314,6 +351,20 @@ fn read(stock: &Stock, reader: &str, ending: &str, bytes: Vec<u8>, folder: &Path
             _ => Outcome::Refused,
         },
         "rows" => read_rows(&stock.plan, &bytes, folder),
+        "tracks" => {
+            let mut problems = Problems::new("fuzz");
+            let tracks = MarkerTracks::read(&bytes, &mut problems);
+            outcome(problems.into_result(tracks), |_| {})
+        }
+        "fit" => {
+            std::fs::write(folder.join("cord-net.json"), stock.fit_scene.to_string()).unwrap();
+            std::fs::write(folder.join("cord.csv"), &stock.tracks).unwrap();
+            outcome(FitStudy::load(&folder.join(&name).to_string_lossy(), Limits::default()), |_| {})
+        }
+        "trajectory" => {
+            std::fs::rename(folder.join(&name), folder.join("trajectory.npz")).unwrap();
+            outcome(recorded::paths(folder), |_| {})
+        }
         "cost" => known(serde_json::from_slice::<cost::Study>(&bytes).is_ok()),
         other => panic!("tests/corpus/{other} has no reader"),
     }
@@ -350,7 +401,22 @@ fn feed(stock: &Stock, number: u64, folder: &Path) -> Outcome {
     let (mesh, ending) = pick(&stock.meshes, random);
     write("mesh.obj", &stock.meshes[0].0);
     write("mesh.stl", &stock.meshes[4].0);
-    match random.random_range(0..26) {
+    match random.random_range(0..30) {
+        26 => {
+            let mut fit = stock.fit.clone();
+            spoil(&mut fit, &stock.studies, random);
+            read(stock, "fit", "json", fit.to_string().into_bytes(), folder)
+        }
+        27 | 28 => {
+            let mut tracks = stock.tracks.clone();
+            spoil_bytes(&mut tracks, random);
+            read(stock, "tracks", "csv", tracks, folder)
+        }
+        29 => {
+            let mut trajectory = stock.trajectory.clone();
+            spoil_bytes(&mut trajectory, random);
+            read(stock, "trajectory", "npz", trajectory, folder)
+        }
         22 | 23 => {
             let mut study = pick(&stock.studies, random).clone();
             spoil(&mut study, &stock.studies, random);

@@ -32,6 +32,7 @@ mod profiles;
 mod program;
 mod readme;
 mod replay;
+mod reproduce;
 mod robust;
 mod scenes;
 mod sensitivity;

@@ -16,6 +16,7 @@ pub fn main() -> Result<(), Error> {
         ("shapes of targets", shapes()),
         ("materials of cables", materials()),
         ("motions of a cabin", cabins()),
+        ("studies of sweeps", studies()),
     ] {
         text.push_str(&format!("{}\n{table}\n\n", head.to_uppercase()));
     }
@@ -61,6 +62,14 @@ fn expected(expect: &Value) -> &'static str {
         (Some(_), _) | (None, Some(false)) => "not captured",
         (None, None) => "-",
     }
+}
+
+fn studies() -> TextTable {
+    let mut rows = table(&["name", "what"]);
+    for (name, study) in all(Kind::Study) {
+        rows.add_row([name, &what(&study)]);
+    }
+    rows
 }
 
 fn shapes() -> TextTable {

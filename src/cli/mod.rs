@@ -14,6 +14,7 @@ mod members;
 mod new;
 mod reading;
 mod reported;
+mod reproduce;
 mod residual;
 mod run;
 mod sensitivity;
@@ -84,6 +85,8 @@ enum Command {
     Residual(residual::Arguments),
     /// Finds which parameters make a scene meet measured tracks, and how well they are known.
     Fit(fit::Arguments),
+    /// Sets every claim of the source beside what is found here.
+    Reproduce(reproduce::Arguments),
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
@@ -186,6 +189,7 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::Dependency(arguments)) => dependency::main(&arguments),
         Some(Command::Residual(arguments)) => residual::main(&arguments),
         Some(Command::Fit(arguments)) => fit::main(&arguments),
+        Some(Command::Reproduce(arguments)) => reproduce::main(&arguments),
         Some(Command::Schema { of }) => print(&json(&match of {
             SchemaOf::Scene => input_schema::<Scene>(),
             SchemaOf::Study => input_schema::<SweepSpec>(),

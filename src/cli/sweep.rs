@@ -24,7 +24,7 @@ use super::{Error, Format, array_job, interrupt, json, print, run, say};
 pub struct Arguments {
     #[command(subcommand)]
     task: Option<Task>,
-    /// Study file.
+    /// Study file, or name of a built-in study.
     #[arg(required = true)]
     study: Option<String>,
     /// Folder for the results; left out: results/NAME.
@@ -136,11 +136,7 @@ fn begin(arguments: &Arguments) -> Result<(), Error> {
     if let Some(member) = arguments.member {
         return watch(&sweep, member, &out);
     }
-    let plan = sweep.plan(&program()?);
-    report::write_plan(&out, &plan)?;
-    let keeper = Arc::new(RowKeeper::open(&out, &plan)?);
-    let shard = arguments.shard.unwrap_or(Shard::ALL);
-    let done = go_on(&sweep, &plan, &keeper, shard, &out)?;
+    let (plan, done) = run_in(&sweep, arguments.shard.unwrap_or(Shard::ALL), &out)?;
     stage("writing");
     let kept = KeptRows::read(&out, &plan);
     let is_whole = kept.rows.len() as u64 == plan.members;
@@ -152,6 +148,15 @@ fn begin(arguments: &Arguments) -> Result<(), Error> {
     tell(&SweepResult::of(&plan, &kept), arguments.format, None)?;
     remark(&format!("{done} members more; when all are finished: tumblenet sweep merge {}", out.display()));
     Ok(())
+}
+
+/// Runs what has no row yet in the folder `out` of the members of `shard`: the plan, and how many that were.
+pub(super) fn run_in(sweep: &Sweep, shard: Shard, out: &Path) -> Result<(SweepPlan, usize), Error> {
+    let plan = sweep.plan(&program()?);
+    report::write_plan(out, &plan)?;
+    let keeper = Arc::new(RowKeeper::open(out, &plan)?);
+    let done = go_on(sweep, &plan, &keeper, shard, out)?;
+    Ok((plan, done))
 }
 
 /// Runs the members of `shard` that have no row yet, and says how many.

@@ -14,6 +14,7 @@ pub mod page;
 pub mod plots;
 pub mod recorded;
 pub mod replay;
+pub mod reproduce;
 pub mod residual;
 pub mod results;
 pub mod rows;

@@ -72,7 +72,7 @@ impl FitStudy {
     /// # Errors
     /// Every fault at once: of the fit, its scene, its tracks, and of the scene at the ends of the ranges.
     pub fn load(path: &str, limits: Limits) -> Result<FitStudy, Problems> {
-        study::load(path, "the path of a fit", limits, FitStudy::check)
+        study::load(path, None, "the path of a fit", limits, FitStudy::check)
     }
 
     fn check(spec: FitSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<FitStudy> {

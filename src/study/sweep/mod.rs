@@ -157,12 +157,24 @@ pub struct Row {
 }
 
 impl Sweep {
-    /// Finds, reads and checks the study in the file `path`.
+    /// Finds, reads and checks the study in the file `path`, or the built-in one of that name.
     ///
     /// # Errors
     /// Every fault at once: of the study, of its scene, and of the scene at the ends of every parameter.
     pub fn load(path: &str, limits: Limits) -> Result<Sweep, Problems> {
-        super::load(path, "the path of a study file", limits, Sweep::check)
+        Sweep::load_with(path, None, limits)
+    }
+
+    /// The same with so many members at each point.
+    ///
+    /// # Errors
+    /// As [`Sweep::load`].
+    pub fn load_with(path: &str, members: Option<u64>, limits: Limits) -> Result<Sweep, Problems> {
+        let known = "the path of a study file";
+        super::load(path, Some(Kind::Study), known, limits, |mut spec: SweepSpec, file, limits, problems| {
+            spec.members = members.unwrap_or(spec.members);
+            Sweep::check(spec, file, limits, problems)
+        })
     }
 
     fn check(spec: SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Sweep> {
@@ -207,6 +219,11 @@ impl Sweep {
     /// The scene before anything varies.
     pub fn case(&self) -> &Case {
         &self.case
+    }
+
+    /// What varies.
+    pub fn parameters(&self) -> &[Parameter] {
+        self.points.parameters()
     }
 
     /// The columns of a row.

@@ -1,0 +1,141 @@
+//! `tumblenet reproduce`: every claim of the source beside what is found here.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use tumblenet::limits::Limits;
+use tumblenet::provenance::Provenance;
+use tumblenet::report::reproduce::{self as report, StudyRows};
+use tumblenet::report::rows::KeptRows;
+use tumblenet::report::{dependency, files};
+use tumblenet::scene::Source;
+use tumblenet::study::compare::variants::of_scenes;
+use tumblenet::study::compare::{self, CompareRequest, Comparison, TRUST_SHARE};
+use tumblenet::study::ensemble::EnsembleRequest;
+use tumblenet::study::reproduce::finding::Finding;
+use tumblenet::study::reproduce::spec::{Claim, Claims, Question};
+use tumblenet::study::reproduce::{ReproducedRow, Reproduction, tables};
+use tumblenet::study::sweep::dependency::Dependencies;
+use tumblenet::study::sweep::{Shard, Sweep};
+
+use super::reading::Reading;
+use super::reported::Told;
+use super::terminal::stage;
+use super::{Error, sweep};
+
+/// Arguments of `reproduce`.
+#[derive(Args)]
+pub struct Arguments {
+    /// In short: few members, and none of the dear studies.
+    #[arg(long)]
+    quick: bool,
+    #[command(flatten)]
+    reading: Reading,
+    /// Folder for the results; left out: results/reproduce, or results/reproduce-quick.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    told: Told,
+}
+
+/// Runs what is missing of the studies, and sets the source beside them.
+pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    stage("reading and checking");
+    let limits = arguments.reading.limits()?;
+    let name = if arguments.quick { "reproduce-quick" } else { "reproduce" };
+    let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(name));
+    // Before the runs, not after: an unwritable folder should cost none.
+    files::make_folder(&out)?;
+    let claims = Claims::built_in();
+    let (studies, mut of_tables) = studies(&claims, arguments.quick, &out, limits)?;
+    stage("setting side by side");
+    let mut rows = Vec::new();
+    for claim in &claims.claims {
+        rows.push(row(claim, &studies, arguments.quick, limits)?);
+    }
+    // The tables of dependencies stand among those of their chapter.
+    rows.append(&mut of_tables);
+    rows.sort_by_key(|row| chapter(&row.place));
+    let all = Reproduction { quick: arguments.quick, rows, provenance: Provenance::here() };
+    stage("writing");
+    report::write(&out, &all)?;
+    arguments.told.tell(&all, &report::text(&all), &out.join("reproduce.html"))
+}
+
+/// The first number of a place, which is its chapter; what has none comes last.
+fn chapter(place: &str) -> u32 {
+    place.chars().find_map(|letter| letter.to_digit(10)).unwrap_or(u32::MAX)
+}
+
+/// Runs the studies that `claims` ask: their rows by name, and what their tables of dependencies say.
+fn studies(
+    claims: &Claims,
+    quick: bool,
+    out: &Path,
+    limits: Limits,
+) -> Result<(HashMap<String, StudyRows>, Vec<ReproducedRow>), Error> {
+    let (mut studies, mut of_tables) = (HashMap::new(), Vec::new());
+    for asked in &claims.studies {
+        if quick && asked.quick.is_none() {
+            continue;
+        }
+        let members = if quick { asked.quick.map(|quick| quick.members) } else { asked.members };
+        let study = Sweep::load_with(&asked.name, members, limits)?;
+        let folder = out.join(&asked.name);
+        let (plan, _) = sweep::run_in(&study, Shard::ALL, &folder)?;
+        let kept = KeptRows::read(&folder, &plan);
+        if !plan.study.published.is_empty() {
+            let names = dependency::names(None);
+            let observed = dependency::observed(&plan, &kept, &names)?;
+            let all = Dependencies::of(&plan, &names, &observed)?;
+            dependency::write(&folder, &all, plan.study.seed)?;
+            let command =
+                format!("tumblenet sweep {}; tumblenet dependency results/{}", asked.name, asked.name);
+            of_tables.extend(tables::rows(&all, &claims.tables, &command));
+        }
+        studies.insert(asked.name.clone(), StudyRows { plan, kept });
+    }
+    Ok((studies, of_tables))
+}
+
+/// What is found of `claim`.
+fn row(
+    claim: &Claim,
+    studies: &HashMap<String, StudyRows>,
+    quick: bool,
+    limits: Limits,
+) -> Result<ReproducedRow, Error> {
+    Ok(match &claim.of {
+        Question::Cannot { because } => ReproducedRow::of(claim, Finding::nothing(because), String::new()),
+        Question::Difference { scene, pairs } => {
+            let comparison = compared(scene, pairs, if quick { 2 } else { 5 }, limits)?;
+            let command = format!("tumblenet compare {scene} --solvers {}", pairs.join(","));
+            ReproducedRow::of(claim, report::difference(&comparison, &claim.source), command)
+        }
+        Question::Outcome { study, .. } | Question::Number { study, .. } | Question::Trend { study, .. } => {
+            let finding = match studies.get(study) {
+                Some(rows) => rows.answer(claim)?,
+                None => Finding::nothing("left out of the short form"),
+            };
+            ReproducedRow::of(claim, finding, format!("tumblenet sweep {study}"))
+        }
+    })
+}
+
+/// A scene under the two pairs, as `compare` runs it.
+fn compared(scene: &str, pairs: &[String; 2], members: usize, limits: Limits) -> Result<Comparison, Error> {
+    let source = Source::find_within(scene, limits)?;
+    let sources = [source];
+    let variants = of_scenes(&sources, Some(pairs), &[])?;
+    let side =
+        variants.iter().find_map(|variant| Some(variant.case.as_ref().ok()?.net().designed_area.sqrt()));
+    let request = CompareRequest {
+        ensemble: EnsembleRequest { members, perturb_m: 1e-6, seed: 1, at_most_s: None },
+        trust_distance_m: TRUST_SHARE * side.unwrap_or_default(),
+        serial: false,
+    };
+    let known = variants.iter().map(|_| Vec::new()).collect();
+    let members = compare::run(&variants, &request, known, |_, _| {});
+    Ok(Comparison::of(scene, &variants, &request, &members))
+}

@@ -1,0 +1,205 @@
+//! The claims as they are written: what the source says, and how it is asked here.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+const BUILT_IN: &str = include_str!("../../../assets/reproduce.json");
+
+/// `assets/reproduce.json`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claims {
+    /// What the file is.
+    #[allow(dead_code)]
+    note: String,
+    /// The studies, in the order in which they are run.
+    pub studies: Vec<AskedStudy>,
+    /// Why rows of tables that studies bring along differ.
+    pub tables: Vec<TableReason>,
+    /// The claims.
+    pub claims: Vec<Claim>,
+}
+
+/// Why rows of a table that a study brings along differ, as far as is known.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableReason {
+    /// Which table: `Table 3.3`.
+    pub source: String,
+    /// Rows of which parameter; empty: of any.
+    pub path: String,
+    /// In which of its groups.
+    pub at: BTreeMap<String, String>,
+    /// The reason.
+    pub why: String,
+}
+
+/// A built-in study that claims ask.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AskedStudy {
+    /// Its name.
+    pub name: String,
+    /// Members at each point; absent: as many as the study says.
+    pub members: Option<u64>,
+    /// What of it is run in short; absent: nothing.
+    pub quick: Option<Quick>,
+}
+
+/// What of a study is run in short.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quick {
+    /// Members at each point.
+    pub members: u64,
+}
+
+/// Something that the source says, or that is asked beyond it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    /// Where: `Section 5.2.1, Fig. 5.3`.
+    pub place: String,
+    /// What.
+    pub says: String,
+    /// How it is asked here.
+    pub of: Question,
+    /// The source's answer.
+    pub source: SourceSays,
+    /// Why ours is another, where it is, as far as is known.
+    pub why: Option<String>,
+}
+
+/// How a claim is asked. `at` chooses points of a study: values of its parameters, as the table shows them, by path.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Question {
+    /// Which share of the members has an outcome.
+    Outcome {
+        /// The study.
+        study: String,
+        /// `captured`, `settled`, `held@20`.
+        is: String,
+        /// Which points.
+        at: BTreeMap<String, String>,
+    },
+    /// What a number of the summary is: the median of the members.
+    Number {
+        /// The study.
+        study: String,
+        /// The number.
+        name: String,
+        /// Its unit.
+        unit: String,
+        /// Which points.
+        at: BTreeMap<String, String>,
+    },
+    /// How a number goes over the values of a parameter.
+    Trend {
+        /// The study.
+        study: String,
+        /// The number.
+        name: String,
+        /// Its unit.
+        unit: String,
+        /// Path of the parameter.
+        over: String,
+        /// Its values, in order.
+        values: Vec<String>,
+        /// Which points.
+        at: BTreeMap<String, String>,
+    },
+    /// How far bullets are apart under two solver pairs, over the way of the net.
+    Difference {
+        /// A built-in scene.
+        scene: String,
+        /// The pairs.
+        pairs: [String; 2],
+    },
+    /// It cannot be asked.
+    Cannot {
+        /// Why not.
+        because: String,
+    },
+}
+
+/// The source's answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum SourceSays {
+    /// It is so.
+    Yes,
+    /// It is not so.
+    No,
+    /// About this.
+    About {
+        /// The number.
+        value: f64,
+        /// Its unit.
+        unit: String,
+    },
+    /// This, or less.
+    AtMost {
+        /// The number.
+        value: f64,
+        /// Its unit.
+        unit: String,
+    },
+    /// More than this.
+    Above {
+        /// The number.
+        value: f64,
+        /// Its unit.
+        unit: String,
+    },
+    /// The number rises over the values.
+    Rises,
+    /// The number falls over the values.
+    Falls,
+    /// It does not ask.
+    NotAsked,
+}
+
+impl Claims {
+    /// Those of the source.
+    pub fn built_in() -> Claims {
+        match serde_json::from_str(BUILT_IN) {
+            Ok(claims) => claims,
+            // Our own file, which a test reads.
+            Err(error) => unreachable!("assets/reproduce.json: {error}"),
+        }
+    }
+}
+
+impl TableReason {
+    /// Whether it is that of a row of `source`, about the parameter at `path`, in the group `at`.
+    pub fn is_of(&self, source: &str, path: &str, at: &BTreeMap<String, String>) -> bool {
+        let is_path = self.path.is_empty() || self.path == path;
+        self.source == source && is_path && self.at.iter().all(|(path, value)| at.get(path) == Some(value))
+    }
+}
+
+impl Question {
+    /// The study that is asked, where one is.
+    pub fn study(&self) -> Option<&str> {
+        match self {
+            Question::Outcome { study, .. }
+            | Question::Number { study, .. }
+            | Question::Trend { study, .. } => Some(study),
+            Question::Difference { .. } | Question::Cannot { .. } => None,
+        }
+    }
+
+    /// The values of parameters that it names, by path.
+    #[cfg(test)]
+    pub(super) fn points(&self) -> Vec<(&str, Vec<String>)> {
+        let (at, over) = match self {
+            Question::Outcome { at, .. } | Question::Number { at, .. } => (at, None),
+            Question::Trend { at, over, values, .. } => (at, Some((over.as_str(), values.clone()))),
+            Question::Difference { .. } | Question::Cannot { .. } => return Vec::new(),
+        };
+        at.iter().map(|(path, value)| (path.as_str(), vec![value.clone()])).chain(over).collect()
+    }
+}
