@@ -235,7 +235,7 @@ fn line(row: &ReproducedRow) -> String {
         why => format!("<br><small>{}</small>", page::escape(why)),
     };
     format!(
-        "<tr><td><small>{}</small><br>{}{why}<br><code><small>{}</small></code></td><td class=\"words\">{}</td><td \
+        "<tr class=\"claim\"><td><small>{}</small><br>{}{why}<br><code><small>{}</small></code></td><td class=\"words\">{}</td><td \
          class=\"words\">{}</td><td class=\"{}\">{}</td></tr>\n",
         page::escape(&row.place),
         page::escape(&row.says),

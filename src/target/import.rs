@@ -20,6 +20,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use parry3d::math::Vector as ParryVector;
 use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
+use parry3d::transformation::voxelization::VoxelSet;
 
 use super::files::{Files, after};
 use super::moments::Moments;
@@ -409,25 +410,20 @@ fn split(surface: &Surface) -> Result<Vec<Primitive>, MeshFault> {
     // keeps convex parts convex and shares of volume what they are.
     let sides = surface.sides();
     let vertices: Vec<_> = surface.vertices.iter().map(|v| to_parry(&v.component_div(&sides))).collect();
-    // The decomposition builds hulls that may panic on clouds of voxels; a mesh that brings this
-    // about is the user's to mend.
-    let clouds = catch_unwind(AssertUnwindSafe(|| {
-        let parts = VHACD::decompose(&parameters, &vertices, &surface.triangles, true);
-        let on_surface = parts.compute_primitive_intersections(&vertices, &surface.triangles);
-        let of_voxels = parts.voxel_parts().iter().map(|part| part.compute_convex_hull(1).0);
-        on_surface.into_iter().zip(of_voxels).collect::<Vec<_>>()
-    }))
-    .map_err(|_| MeshFault::Indivisible)?;
-    let points = |cloud: &[ParryVector]| {
+    let scaled = |cloud: &[ParryVector]| {
         cloud.iter().map(|point| from_parry(point).component_mul(&sides)).collect::<Vec<_>>()
     };
-    // A part deep inside meets the surface nowhere; its voxels are all there is.
-    let pieces: Vec<_> = clouds
-        .iter()
-        .filter_map(|(on_surface, of_voxels)| {
-            simple_hull(&points(on_surface)).or_else(|| simple_hull(&points(of_voxels)))
-        })
-        .collect();
+    // The decomposition builds hulls that may panic on clouds of voxels; a mesh that brings this
+    // about is the user's to mend.
+    let pieces: Vec<_> = catch_unwind(AssertUnwindSafe(|| {
+        let parts = VHACD::decompose(&parameters, &vertices, &surface.triangles, true);
+        let on_surface = parts.compute_primitive_intersections(&vertices, &surface.triangles);
+        // A part deep inside meets the surface nowhere; its voxels are all there is.
+        let of_voxels = |part: &VoxelSet| simple_hull(&scaled(&part.compute_convex_hull(1).0));
+        let all = on_surface.iter().zip(parts.voxel_parts());
+        all.filter_map(|(cloud, part)| simple_hull(&scaled(cloud)).or_else(|| of_voxels(part))).collect()
+    }))
+    .map_err(|_| MeshFault::Indivisible)?;
     if pieces.is_empty() { Err(MeshFault::Indivisible) } else { Ok(pieces) }
 }
 
