@@ -82,6 +82,12 @@ pub enum Failure {
         /// Simulated time [s].
         time: f64,
     },
+    /// Who heard of its progress ended it.
+    #[error("interrupted at {time:.6} s")]
+    Interrupted {
+        /// Simulated time [s].
+        time: f64,
+    },
 }
 
 /// Counts the parts that steps are cut into, which nobody foresees: a run that goes on for ever ends.

@@ -1,5 +1,6 @@
 //! The record of a run: frames, energy ledger, work counters, extremes.
 
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
@@ -101,6 +102,24 @@ pub struct Run {
     pub wall: Duration,
 }
 
+/// What is said to a run by who hears of its progress: nothing, or whether it goes on.
+pub trait Heard {
+    /// Whether the run goes on.
+    fn goes_on(self) -> bool;
+}
+
+impl Heard for () {
+    fn goes_on(self) -> bool {
+        true
+    }
+}
+
+impl Heard for ControlFlow<()> {
+    fn goes_on(self) -> bool {
+        self.is_continue()
+    }
+}
+
 impl Run {
     /// What an effect had to say in every frame under `name`; empty where none did.
     pub fn reading(&self, name: &str) -> Vec<f64> {
@@ -129,19 +148,23 @@ impl Run {
         (0..frames.time.len()).find(|&frame| !is_finite(frame)).map(|frame| frames.time[frame])
     }
 
-    /// Runs `case` to its end; `progress` hears of every frame, with the share done.
+    /// Runs `case` to its end; `progress` hears of every frame, with the share done, and may end it.
     ///
     /// # Errors
-    /// A state that is not a number.
-    pub fn of(case: &Case, progress: impl FnMut(f64)) -> Result<Run, Failure> {
+    /// A state that is not a number; `progress` ended it.
+    pub fn of<H: Heard>(case: &Case, progress: impl FnMut(f64) -> H) -> Result<Run, Failure> {
         Run::with(case, Vec::new(), progress)
     }
 
     /// The same with effects that the scene does not know.
     ///
     /// # Errors
-    /// A state that is not a number.
-    pub fn with(case: &Case, more: Vec<Interaction>, progress: impl FnMut(f64)) -> Result<Run, Failure> {
+    /// A state that is not a number; `progress` ended it.
+    pub fn with<H: Heard>(
+        case: &Case,
+        more: Vec<Interaction>,
+        progress: impl FnMut(f64) -> H,
+    ) -> Result<Run, Failure> {
         Run::further(case, more, case.scene().duration_s.0, |_, _| true, progress)
     }
 
@@ -151,22 +174,22 @@ impl Run {
     /// Frames beyond the scene's own end are at most 1500, so that memory stays bounded however long the run.
     ///
     /// # Errors
-    /// A state that is not a number.
-    pub fn until(
+    /// A state that is not a number; `progress` ended it.
+    pub fn until<H: Heard>(
         case: &Case,
         at_most: f64,
         decided: impl FnMut(&Frames, bool) -> bool,
-        progress: impl FnMut(f64),
+        progress: impl FnMut(f64) -> H,
     ) -> Result<Run, Failure> {
         Run::further(case, Vec::new(), at_most, decided, progress)
     }
 
-    fn further(
+    fn further<H: Heard>(
         case: &Case,
         more: Vec<Interaction>,
         at_most: f64,
         mut decided: impl FnMut(&Frames, bool) -> bool,
-        mut progress: impl FnMut(f64),
+        mut progress: impl FnMut(f64) -> H,
     ) -> Result<Run, Failure> {
         let started = Instant::now();
         let mut simulation = Simulation::with(case, more);
@@ -181,7 +204,9 @@ impl Run {
             let stride = if step <= own { stride } else { stride_beyond };
             if step % stride == 0 || step == own || step == n_steps {
                 recorder.frame(case, &mut simulation);
-                progress(step as f64 / n_steps as f64);
+                if !progress(step as f64 / n_steps as f64).goes_on() {
+                    return Err(Failure::Interrupted { time: simulation.state.time });
+                }
                 if step >= own && decided(&recorder.frames, recorder.extremes.first_contact.is_some()) {
                     break;
                 }

@@ -147,7 +147,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         Some(accuracy) => with_accuracy(&arguments.scene, &arguments.changes, limits, accuracy)?,
     };
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&case));
-    let at_most = at_most(&case, arguments, &limits)?;
+    let at_most = at_most(&case, arguments)?;
     let request = |members: u32| EnsembleRequest {
         members: members as usize,
         perturb_m: arguments.perturb,
@@ -208,17 +208,11 @@ pub(super) fn default_folder(case: &Case) -> PathBuf {
 }
 
 /// For how long at most a run goes on beyond the scene's end [s]; none: it ends there.
-fn at_most(case: &Case, arguments: &Arguments, limits: &Limits) -> Result<Option<f64>, Problems> {
+fn at_most(case: &Case, arguments: &Arguments) -> Result<Option<f64>, Problems> {
     let Some(Until::Settled) = arguments.until else { return Ok(None) };
     let mut problems = Problems::new("--until settled");
-    if case.target().is_none() {
-        problems.add("", "a scene without a target", "a scene with a target");
-    }
     let at_most = arguments.at_most.unwrap_or(settle::TIMES * case.scene().duration_s.0);
-    let steps = at_most / case.time_step().step * f64::from(case.time_step().substeps);
-    if limits.exceeded(Limit::Steps, steps) {
-        problems.add("--at-most", format!("{at_most} s, {steps:.3e} steps"), limits.allowed(Limit::Steps));
-    }
+    settle::check(case, at_most, "--at-most", &mut problems);
     problems.into_result(Some(Some(at_most)))
 }
 

@@ -241,8 +241,8 @@ fn of_numbers(frames: &[Vec<f64>]) -> Array2<f64> {
     Array2::from_shape_fn((frames.len(), n), |(frame, i)| frames[frame][i])
 }
 
-/// The run in motion: what the replay page shows of it.
-fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
+/// The run in motion: `replay.html`.
+pub fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> String {
     let frames = &run.frames;
     let cables: Vec<(usize, usize)> = case.net().cables.iter().map(|cable| (cable.a, cable.b)).collect();
     let rest_lengths: Vec<f64> = case.net().cables.iter().map(|cable| cable.rest_length).collect();

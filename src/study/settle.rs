@@ -2,18 +2,35 @@
 
 use crate::case::Case;
 use crate::failure::Failure;
+use crate::limits::Limit;
 use crate::metrics::capture::Curves;
 use crate::metrics::verdict::Capture;
-use crate::run::Run;
+use crate::problems::Problems;
+use crate::run::{Heard, Run};
 
 /// How many times the scene's duration a run goes on for where nobody says how long.
 pub const TIMES: f64 = 10.0;
 
+/// Adds to `place` why `case` cannot run on for `at_most` [s].
+pub fn check(case: &Case, at_most: f64, place: &str, problems: &mut Problems) {
+    if case.target().is_none() {
+        problems.add(place, "a scene without a target", "a scene with a target");
+    }
+    let steps = at_most / case.time_step().step * f64::from(case.time_step().substeps);
+    if case.limits().exceeded(Limit::Steps, steps) {
+        problems.add(place, format!("{at_most} s, {steps:.3e} steps"), case.limits().allowed(Limit::Steps));
+    }
+}
+
 /// Runs `case` to its end, or with `at_most` [s] on until the verdict is decided; returns its curves too.
 ///
 /// # Errors
-/// A state that is not a number.
-pub fn run(case: &Case, at_most: Option<f64>, progress: impl FnMut(f64)) -> Result<(Run, Curves), Failure> {
+/// A state that is not a number; `progress` ended it.
+pub fn run<H: Heard>(
+    case: &Case,
+    at_most: Option<f64>,
+    progress: impl FnMut(f64) -> H,
+) -> Result<(Run, Curves), Failure> {
     let mut curves = Curves::default();
     let Some(at_most) = at_most else {
         let run = Run::of(case, progress)?;

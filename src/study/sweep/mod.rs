@@ -35,6 +35,7 @@ use crate::metrics::summary::Summary;
 use crate::parameter::{self, Own, Parameter, Pick};
 use crate::problems::{Problems, did_you_mean, visible};
 use crate::provenance::Provenance;
+use crate::read;
 use crate::scene::{self, Source};
 use crate::target::files::Files;
 use design::{Picks, Points};
@@ -177,6 +178,18 @@ impl Sweep {
         })
     }
 
+    /// Reads and checks a study that is in no file; its paths are relative to the working folder, `name` is for results
+    /// and messages.
+    ///
+    /// # Errors
+    /// As [`Sweep::load`].
+    pub fn of(study: &Value, name: &str, limits: Limits) -> Result<Sweep, Problems> {
+        let mut problems = Problems::new(name);
+        let spec = read::typed::<SweepSpec>(study, "", &mut problems);
+        let sweep = spec.and_then(|spec| Sweep::check(spec, Path::new(name), limits, &mut problems));
+        problems.into_result(sweep)
+    }
+
     fn check(spec: SweepSpec, file: &Path, limits: Limits, problems: &mut Problems) -> Option<Sweep> {
         let scene = SceneOf { scene: &spec.scene, set: &spec.set, solver: spec.solver.as_deref() };
         let source = scene.source(file, limits, problems);
@@ -197,7 +210,7 @@ impl Sweep {
             published::check(&spec, &points, &names, problems);
         }
         let (source, case) = (source?, case?);
-        check_fold(&spec, &case, &limits, problems);
+        check_fold(&spec, &case, problems);
         if whole {
             for (number, parameter) in points.parameters().iter().enumerate() {
                 check_ends(&source, parameter, &format!("parameters[{number}]"), problems);
@@ -479,19 +492,13 @@ fn request(spec: &SweepSpec) -> EnsembleRequest {
 }
 
 /// Checks what members add to the scene: moved knots, and time.
-fn check_fold(spec: &SweepSpec, case: &Case, limits: &Limits, problems: &mut Problems) {
+fn check_fold(spec: &SweepSpec, case: &Case, problems: &mut Problems) {
     let request = request(spec);
     for fault in request.check(case).err().into_iter().flat_map(|faults| faults.list) {
         problems.add("perturb_m", fault.found, fault.allowed);
     }
     let Some(at_most) = request.at_most_s else { return };
-    if case.target().is_none() {
-        problems.add("at_most_s", "a scene without a target", "a scene with a target");
-    }
-    let steps = at_most / case.time_step().step * f64::from(case.time_step().substeps);
-    if limits.exceeded(Limit::Steps, steps) {
-        problems.add("at_most_s", format!("{at_most} s, {steps:.3e} steps"), limits.allowed(Limit::Steps));
-    }
+    settle::check(case, at_most, "at_most_s", problems);
 }
 
 fn change(path: &str, value: &Value) -> String {
