@@ -1,6 +1,8 @@
 """Many runs: the same bits with any number of threads, a reason for each that fails, tables."""
 
 import json
+import signal
+import threading
 
 import numpy as np
 import pytest
@@ -122,3 +124,9 @@ def test_arguments_are_checked(scene):
         with pytest.raises(ValueError, match=match):
             wrong()
     assert len(tumblenet.rollout(scene, [])) == 0
+
+
+def test_an_interrupt_ends_a_batch(scene):
+    threading.Timer(0.2, signal.raise_signal, [signal.SIGINT]).start()
+    with pytest.raises(KeyboardInterrupt):
+        tumblenet.rollout(scene, [{}] * 5000)
