@@ -70,6 +70,21 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// What a series has of it, by name; works of effects, whose names the ledger does not know, apart [J].
+    pub fn parts(&self) -> [(&'static str, f64); 9] {
+        [
+            ("kinetic_net", self.kinetic_net),
+            ("kinetic_target", self.kinetic_target),
+            ("elastic", self.elastic),
+            ("stored", self.stored),
+            ("taken_by_cables", self.cables),
+            ("taken_by_contact", self.contact),
+            ("drive", self.drive),
+            ("residual", self.residual()),
+            ("created", self.created),
+        ]
+    }
+
     /// Energy of net and target now [J].
     pub fn mechanical(&self) -> f64 {
         self.kinetic_net + self.kinetic_target + self.elastic + self.stored

@@ -65,6 +65,12 @@ impl Body {
         Body { position: zero, attitude: UnitQuaternion::identity(), velocity: zero, rate: zero }
     }
 
+    /// The attitude as w, x, y, z.
+    pub fn quaternion(&self) -> [f64; 4] {
+        let q = self.attitude.quaternion();
+        [q.w, q.i, q.j, q.k]
+    }
+
     /// Angular velocity in the body frame [rad/s].
     pub fn spin(&self) -> Vector3<f64> {
         self.attitude.inverse_transform_vector(&self.rate)

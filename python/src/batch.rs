@@ -1,6 +1,5 @@
 //! Many runs at once, on as many threads as there are processors, without the interpreter's lock.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use pyo3::exceptions::PyRuntimeError;
@@ -12,6 +11,7 @@ use tumblenet::case::Case;
 use tumblenet::json::parse;
 use tumblenet::limits::{Limit, Limits};
 use tumblenet::problems::Problems;
+use tumblenet::study::caught;
 use tumblenet::study::ensemble::{self as study, Ensemble, EnsembleRequest, Member};
 use tumblenet::study::sweep::{DRAWN, Sweep};
 
@@ -57,9 +57,7 @@ fn outcome(
         recorded.summary.clone().sound()?;
         Ok(recorded)
     };
-    let recorded = catch_unwind(AssertUnwindSafe(run));
-    let recorded = recorded.unwrap_or_else(|_| Err("a panic, which is a fault of the program".to_owned()));
-    Outcome::of(recorded.map(Arc::new), frames)
+    Outcome::of(caught(run).map(Arc::new), frames)
 }
 
 /// A fault of more members than a study may have.

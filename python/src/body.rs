@@ -33,18 +33,13 @@ impl Body {
     }
 }
 
-fn quaternion(body: &state::Body) -> [f64; 4] {
-    let q = body.attitude.quaternion();
-    [q.w, q.i, q.j, q.k]
-}
-
 impl Body {
     /// `body` now.
     pub fn now(py: Python<'_>, body: &state::Body) -> Body {
         let array = |values: &[f64]| arrays::numbers(py, values.to_vec()).unbind();
         Body {
             position: array(body.position.as_slice()),
-            attitude: array(&quaternion(body)),
+            attitude: array(&body.quaternion()),
             velocity: array(body.velocity.as_slice()),
             rate: array(body.rate.as_slice()),
         }
@@ -55,7 +50,11 @@ impl Body {
         if frames.is_empty() {
             return Ok(None);
         }
-        let attitude = arrays::shaped(py, frames.iter().flat_map(quaternion).collect(), [frames.len(), 4])?;
+        let attitude = arrays::shaped(
+            py,
+            frames.iter().flat_map(|body| body.quaternion()).collect(),
+            [frames.len(), 4],
+        )?;
         let kept = |array| PyResult::Ok(arrays::read_only(array)?.unbind());
         Ok(Some(Body {
             position: kept(arrays::vectors(py, frames.iter().map(|body| &body.position))?)?,

@@ -14,9 +14,6 @@ use tumblenet::state::Body;
 use crate::result::{Recorded, RunResult};
 use crate::{arrays, errors, json};
 
-/// Blocks of the summary that are the machine's, and what is the same for all.
-const LEFT_OUT: [&str; 4] = ["wall_s", "time_shares.", "provenance.", "trust_horizon_s"];
-
 /// The end of a member.
 struct End {
     summary: Summary,
@@ -167,8 +164,7 @@ impl Members {
             self.ends().map(|end| scalars(end).into_iter().collect()).collect();
         let dict = PyDict::new(py);
         for name in Summary::scalar_names() {
-            let is_left_out = LEFT_OUT.iter().any(|block| name.starts_with(block));
-            if !is_left_out && rows.iter().any(|row| row.contains_key(&name)) {
+            if !Summary::is_of_machine(&name) && rows.iter().any(|row| row.contains_key(&name)) {
                 let column = rows.iter().map(|row| row.get(&name).copied().unwrap_or(f64::NAN));
                 dict.set_item(&name, PyArray1::from_vec(py, column.collect()))?;
             }
@@ -197,10 +193,7 @@ impl Members {
     /// Attitude of the target at the end, quaternion w, x, y, z, local frame from body frame: [B, 4].
     #[getter]
     fn target_attitudes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.of_target(py, |body| {
-            let q = body.attitude.quaternion();
-            [q.w, q.i, q.j, q.k]
-        })
+        self.of_target(py, |body| body.quaternion())
     }
 
     /// Velocity of the target's centre of mass at the end [m/s]: [B, 3].

@@ -153,18 +153,7 @@ impl RunResult {
 
 /// Energies of `ledger` by name [J], those of the effects `names` too.
 pub fn energies<'a>(ledger: &Ledger, names: impl Iterator<Item = &'a str>) -> Vec<(String, f64)> {
-    let own = [
-        ("kinetic_net", ledger.kinetic_net),
-        ("kinetic_target", ledger.kinetic_target),
-        ("elastic", ledger.elastic),
-        ("stored", ledger.stored),
-        ("taken_by_cables", ledger.cables),
-        ("taken_by_contact", ledger.contact),
-        ("drive", ledger.drive),
-        ("residual", ledger.residual()),
-        ("created", ledger.created),
-    ];
-    let own = own.map(|(name, energy)| (name.to_owned(), energy)).into_iter();
+    let own = ledger.parts().map(|(name, energy)| (name.to_owned(), energy)).into_iter();
     own.chain(names.zip(&ledger.effects).map(|(name, work)| (format!("work_of_{name}"), *work))).collect()
 }
 

@@ -8,7 +8,7 @@ use tumblenet::report::{compare as report, files};
 use tumblenet::scene::Source;
 use tumblenet::study::compare::track::TrackMember;
 use tumblenet::study::compare::variants::{Variant, of_scenes};
-use tumblenet::study::compare::{self, CompareRequest, Comparison, TRUST_SHARE};
+use tumblenet::study::compare::{self, CompareRequest, Comparison};
 use tumblenet::study::{ensemble, settle};
 
 use super::members::Kept;
@@ -92,7 +92,6 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
 
     // One of them can be run, or `variants` would have said so.
     let Some(base) = variants.iter().find_map(|variant| variant.case.as_ref().ok()) else { return Ok(()) };
-    let side = base.net().designed_area.sqrt();
     let cases = || variants.iter().filter_map(|variant| variant.case.as_ref().ok());
     let longest = cases().map(|case| case.scene().duration_s.0).fold(0.0, f64::max);
     let at_most = arguments.until.map(|_| arguments.at_most.unwrap_or(settle::TIMES * longest));
@@ -103,7 +102,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
             seed: arguments.seed,
             at_most_s: at_most,
         },
-        trust_distance_m: arguments.trust_distance.unwrap_or(TRUST_SHARE * side),
+        trust_distance_m: arguments.trust_distance.unwrap_or_else(|| compare::trust_distance(base)),
         serial: arguments.serial,
     };
     request.ensemble.check(base)?;

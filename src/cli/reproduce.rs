@@ -11,7 +11,7 @@ use tumblenet::report::rows::KeptRows;
 use tumblenet::report::{dependency, files};
 use tumblenet::scene::Source;
 use tumblenet::study::compare::variants::of_scenes;
-use tumblenet::study::compare::{self, CompareRequest, Comparison, TRUST_SHARE};
+use tumblenet::study::compare::{self, CompareRequest, Comparison};
 use tumblenet::study::ensemble::EnsembleRequest;
 use tumblenet::study::reproduce::finding::Finding;
 use tumblenet::study::reproduce::spec::{Claim, Claims, Question};
@@ -128,11 +128,10 @@ fn compared(scene: &str, pairs: &[String; 2], members: usize, limits: Limits) ->
     let source = Source::find_within(scene, limits)?;
     let sources = [source];
     let variants = of_scenes(&sources, Some(pairs), &[])?;
-    let side =
-        variants.iter().find_map(|variant| Some(variant.case.as_ref().ok()?.net().designed_area.sqrt()));
+    let base = variants.iter().find_map(|variant| variant.case.as_ref().ok());
     let request = CompareRequest {
         ensemble: EnsembleRequest { members, perturb_m: 1e-6, seed: 1, at_most_s: None },
-        trust_distance_m: TRUST_SHARE * side.unwrap_or_default(),
+        trust_distance_m: base.map_or(0.0, compare::trust_distance),
         serial: false,
     };
     let known = variants.iter().map(|_| Vec::new()).collect();

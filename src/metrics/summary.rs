@@ -289,6 +289,13 @@ impl Summary {
         missed
     }
 
+    /// Whether the number `name` is the machine's or the program's, and so no outcome of the scene.
+    pub fn is_of_machine(name: &str) -> bool {
+        ["wall_s", "trust_horizon_s", "time_shares.", "provenance."]
+            .iter()
+            .any(|block| name.starts_with(block))
+    }
+
     /// Names of all numbers that a summary may hold.
     pub fn scalar_names() -> Vec<String> {
         let schema = read::schema::<Summary>();

@@ -14,7 +14,9 @@ use super::results;
 use super::rows::{KeptRows, line};
 use crate::problems::Problems;
 use crate::study::sweep::SweepPlan;
-use crate::study::sweep::dependency::{DEPLOYMENT, Dependencies, Dependency, Observed, OverParameter};
+use crate::study::sweep::dependency::{
+    DEPLOYMENT, Dependencies, Dependency, Observed, OverParameter, last_key, words,
+};
 
 /// The columns that are asked for: those of deployment where none is.
 pub fn names(of: Option<&[String]>) -> Vec<String> {
@@ -102,7 +104,7 @@ const N_WORDS: usize = 3;
 
 fn tables(all: &Dependencies) -> Vec<Grid> {
     let head = |words: [&str; N_WORDS]| {
-        let names = all.numbers.iter().map(|name| last(name).to_owned());
+        let names = all.numbers.iter().map(|name| last_key(name).to_owned());
         words.map(str::to_owned).into_iter().chain(names).collect()
     };
     let mut tables = vec![Grid {
@@ -171,17 +173,6 @@ fn number(percent: Option<f64>) -> String {
     percent.map_or_else(|| "–".to_owned(), |percent| format!("{percent:.2}"))
 }
 
-/// What is `crossed` in a group: `material kevlar, damping_ratio 0.1`.
-fn words(group: &BTreeMap<String, String>) -> String {
-    let words = group.iter().map(|(path, value)| format!("{} {value}", last(path)));
-    words.collect::<Vec<_>>().join(", ")
-}
-
-/// The last key of a path.
-fn last(path: &str) -> &str {
-    path.rsplit('.').next().unwrap_or(path)
-}
-
 /// A line for each dependency and each difference.
 fn csv(all: &Dependencies) -> Vec<u8> {
     let crossed: Vec<&String> = all.groups.first().into_iter().flat_map(BTreeMap::keys).collect();
@@ -243,7 +234,7 @@ fn panel(all: &Dependencies, curves: &[&OverParameter], path: &str, number: usiz
     };
     let points: Vec<(f64, f64)> = curves.iter().flat_map(|curve| means(curve)).collect();
     let x = Axis::linear(path, points.iter().map(|point| point.0));
-    let y = Axis::linear(last(name), points.iter().map(|point| point.1));
+    let y = Axis::linear(last_key(name), points.iter().map(|point| point.1));
     let mut marks = Vec::new();
     for curve in curves {
         let (colour, dashed) = (colour(curve.group), dashed(curve.group));

@@ -10,6 +10,7 @@ use ndarray_npy::NpzWriter;
 
 use super::files::{self, WriteError};
 use super::replay;
+use crate::audit::Ledger;
 use crate::case::Case;
 use crate::interaction::DrawnThread;
 use crate::metrics::capture::Curves;
@@ -133,9 +134,10 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
     }
     head.extend(["momentum_x_kg_m_s", "momentum_y_kg_m_s", "momentum_z_kg_m_s"]);
     head.extend(["angular_momentum_x_kg_m2_s", "angular_momentum_y_kg_m2_s", "angular_momentum_z_kg_m2_s"]);
-    head.extend(["kinetic_net_j", "kinetic_target_j", "elastic_j", "stored_j"]);
-    head.extend(["taken_by_cables_j", "taken_by_contact_j", "drive_j"]);
     let mut head: Vec<String> = head.into_iter().map(str::to_owned).collect();
+    // The residual stands after the works of effects; what was created is no part of the sum.
+    let [parts @ .., _, _] = Ledger::default().parts();
+    head.extend(parts.map(|(name, _)| format!("{name}_j")));
     head.extend(run.effects.iter().map(|(name, _)| format!("work_of_{name}_j")));
     head.extend(["residual_j", "max_tension_n", "max_impulse_n_s"].map(str::to_owned));
     head.extend(run.reading_names.iter().cloned());
@@ -151,15 +153,14 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
             row.extend([curves.mouth_hull[i], curves.gather[i], curves.coverage[i]]);
             row.extend([curves.relative_energy[i], curves.turns[i]]);
             row.extend(body.position.iter());
-            let q = body.attitude.quaternion();
-            row.extend([q.w, q.i, q.j, q.k]);
+            row.extend(body.quaternion());
             row.extend(body.spin().iter());
         }
         row.extend(frames.momentum[i].iter());
         row.extend(frames.angular_momentum[i].iter());
         let ledger = &frames.ledger[i];
-        row.extend([ledger.kinetic_net, ledger.kinetic_target, ledger.elastic, ledger.stored]);
-        row.extend([ledger.cables, ledger.contact, ledger.drive]);
+        let [parts @ .., _, _] = ledger.parts();
+        row.extend(parts.map(|(_, energy)| energy));
         row.extend(&ledger.effects);
         row.extend([ledger.residual(), frames.tension[i], frames.impulse[i]]);
         row.extend(&frames.readings[i]);
@@ -207,10 +208,7 @@ fn trajectory(
             let vectors = Array2::from_shape_fn((n_frames, 3), |(frame, axis)| of(&bodies[frame])[axis]);
             npz.add_array(format!("{name}_{part}"), &vectors)?;
         }
-        let attitude = Array2::from_shape_fn((n_frames, 4), |(frame, part)| {
-            let q = bodies[frame].attitude.quaternion();
-            [q.w, q.i, q.j, q.k][part]
-        });
+        let attitude = Array2::from_shape_fn((n_frames, 4), |(frame, part)| bodies[frame].quaternion()[part]);
         npz.add_array(format!("{name}_attitude"), &attitude)?;
     }
     let cables = &case.net().cables;

@@ -29,8 +29,10 @@ use difference::{Path, Separation};
 use track::{Bands, Track, TrackMember};
 use variants::Variant;
 
-/// Default trust distance as a share of the net's side.
-pub const TRUST_SHARE: f64 = 0.01;
+/// Default trust distance of `case` [m]: 1 % of the net's side.
+pub fn trust_distance(case: &Case) -> f64 {
+    0.01 * case.net().designed_area.sqrt()
+}
 
 /// What a comparison is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -10,6 +10,7 @@ pub mod stress;
 pub mod survival;
 pub mod sweep;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -46,6 +47,12 @@ fn load<S: JsonSchema + DeserializeOwned + 'static, T>(
     let spec = written.and_then(|value| read::typed::<S>(&value, "", &mut problems));
     let study = spec.and_then(|spec| check(spec, file, limits, &mut problems));
     problems.into_result(study)
+}
+
+/// What `run` makes; a panic in it, as the reason of a failure: no run takes the others of a batch with it.
+pub fn caught<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(run))
+        .unwrap_or_else(|_| Err("a panic, which is a fault of the program".to_owned()))
 }
 
 /// Quantile of 97.5 % of the standard normal distribution: half an interval of 95 %, in standard deviations.

@@ -12,8 +12,8 @@ const BUILT_IN: &str = include_str!("../../../assets/reproduce.json");
 #[serde(deny_unknown_fields)]
 pub struct Claims {
     /// What the file is.
-    #[allow(dead_code)]
-    note: String,
+    #[serde(rename = "note")]
+    _note: String,
     /// The studies, in the order in which they are run.
     pub studies: Vec<AskedStudy>,
     /// Why rows of tables that studies bring along differ.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::ReproducedRow;
 use super::finding::{ClaimAgreement, ClaimMeasure, Finding};
 use super::spec::{SourceSays, TableReason};
-use crate::study::sweep::dependency::Dependencies;
+use crate::study::sweep::dependency::{Dependencies, last_key, words};
 
 /// Furthest that a dependency may be from the source's and agree [percentage points], beside half of its own interval: that
 /// of the effective period, and of all others. The source's own numbers are of single runs.
@@ -61,8 +61,14 @@ fn dependencies(all: &Dependencies) -> Vec<TableCell<'_>> {
                 let allowed = allowed.max(found.half_width_95.unwrap_or(0.0));
                 (found.percent, found.half_width_95, (found.percent - published).abs() <= allowed)
             });
-            let says =
-                format!("{} from {} to {}, {}: {}", last(&row.path), row.from, row.to, words(at), last(name));
+            let says = format!(
+                "{} from {} to {}, {}: {}",
+                last_key(&row.path),
+                row.from,
+                row.to,
+                words(at),
+                last_key(name)
+            );
             cells.push(TableCell { source: &row.source, path: &row.path, at, says, published, found });
         }
     }
@@ -77,17 +83,9 @@ fn differences(all: &Dependencies) -> Vec<TableCell<'_>> {
             let Some(published) = row.published.get(number).copied().flatten() else { continue };
             let found = row.percent[number].map(|found| (found, None, found <= MODELS_AGREE.max(published)));
             let [of, from] = [at, &all.groups[0]].map(words);
-            let says = format!("{of} against {from} over {}: {}", last(&row.path), last(name));
+            let says = format!("{of} against {from} over {}: {}", last_key(&row.path), last_key(name));
             cells.push(TableCell { source: &row.source, path: &row.path, at, says, published, found });
         }
     }
     cells
-}
-
-fn words(at: &BTreeMap<String, String>) -> String {
-    at.iter().map(|(path, value)| format!("{} {value}", last(path))).collect::<Vec<_>>().join(", ")
-}
-
-fn last(path: &str) -> &str {
-    path.rsplit('.').next().unwrap_or(path)
 }

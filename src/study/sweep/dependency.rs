@@ -35,6 +35,17 @@ pub const DEPLOYMENT: [&str; 4] = [
     "deployment.effective_period_s",
 ];
 
+/// The values of a group in words: `damping_ratio 0.003, material "Kevlar"`.
+pub fn words(group: &BTreeMap<String, String>) -> String {
+    let words = group.iter().map(|(path, value)| format!("{} {value}", last_key(path)));
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// The last key of a path.
+pub fn last_key(path: &str) -> &str {
+    path.rsplit('.').next().unwrap_or(path)
+}
+
 /// A member of a sweep, and its numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observed {

@@ -13,7 +13,6 @@ mod published;
 pub mod sensitivity;
 pub mod spec;
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -25,7 +24,7 @@ use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
 use super::ensemble::{self, EnsembleRequest};
-use super::settle;
+use super::{caught, settle};
 use crate::assets::Kind;
 use crate::case::Case;
 use crate::case::uncertain::check_ends;
@@ -50,9 +49,6 @@ pub const INPUT: &str = "input.";
 
 /// How the columns begin of what was drawn of what is uncertain in the scene.
 pub const DRAWN: &str = "drawn.";
-
-/// Blocks of the summary that no table has: what is the same for all, or the machine's.
-const LEFT_OUT: [&str; 5] = ["solver.", "wall_s", "trust_horizon_s", "time_shares.", "provenance."];
 
 /// A study that was checked.
 pub struct Sweep {
@@ -338,8 +334,7 @@ impl Sweep {
     pub fn run(&self, member: u64) -> Row {
         let picks = self.picks(member);
         let mut drawn = Vec::new();
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.outcome(member, &picks, &mut drawn)))
-            .unwrap_or_else(|_| Err("a panic, which is a fault of the program".to_owned()));
+        let outcome = caught(|| self.outcome(member, &picks, &mut drawn));
         let (point, seed) = (self.point(member), self.spec.seed);
         let mut fields = vec![member.to_string(), point.to_string(), seed.to_string()];
         fields.extend(self.points.shown(&picks, |path| self.source.own(path)));
@@ -416,7 +411,8 @@ fn check_uncertain(
 /// The numbers of the summary that rows have.
 fn names(spec: &SweepSpec, problems: &mut Problems) -> Vec<String> {
     let mut names = Summary::scalar_names();
-    names.retain(|name| !LEFT_OUT.iter().any(|block| name.starts_with(block)));
+    // What the solver is, is the same for all.
+    names.retain(|name| !name.starts_with("solver.") && !Summary::is_of_machine(name));
     let Some(wanted) = &spec.collect else { return names };
     let is = |name: &str, wanted: &str| name == wanted || name.starts_with(&format!("{wanted}."));
     for (number, wanted) in
