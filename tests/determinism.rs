@@ -1,11 +1,10 @@
 //! Same input, same bits.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use common::scene;
+use crate::common;
+use crate::common::scene;
 use rayon::prelude::*;
 use tumblenet::assets::Kind;
 use tumblenet::case::Case;
@@ -97,7 +96,6 @@ fn hashed() -> Vec<(&'static str, String)> {
         "cables=explicit contact=penalty",
         "cables=joints contact=impulse",
         "flight=explicit substeps=4",
-        #[cfg(feature = "f32")]
         "precision=f32",
     ];
     let past_contact = others.map(|solver| {
@@ -120,7 +118,7 @@ fn hashed() -> Vec<(&'static str, String)> {
 }
 
 /// A change of method changes hashes, and nothing else may: not the threads, not the profile, not
-/// the day. `RENEW=1 cargo test --features f32 --test determinism` writes them anew; say in the commit why.
+/// the day. `RENEW=1 cargo test --test suite determinism::` writes them anew; say in the commit why.
 ///
 /// The mathematics of the platform (sines, roots) enters, so they are those of Linux on x86-64.
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
@@ -138,18 +136,15 @@ fn last_states_have_the_hashes_that_were_committed() {
     let found = with_threads(3, &runs);
     let alone = with_threads(1, &runs[runs.len() - 6..]);
     assert!(alone.iter().all(|(run, hash)| found[run] == *hash), "one thread: {alone:#?}, three: {found:#?}");
-    if std::env::var_os("RENEW").is_some() && cfg!(feature = "f32") {
+    if std::env::var_os("RENEW").is_some() {
         std::fs::write(Path::new(HASHES), serde_json::to_string_pretty(&found).unwrap() + "\n").unwrap();
     }
-    let mut known: BTreeMap<String, String> =
+    let known: BTreeMap<String, String> =
         serde_json::from_str(&std::fs::read_to_string(HASHES).unwrap()).unwrap();
-    if !cfg!(feature = "f32") {
-        known.retain(|run, _| !run.contains("precision=f32"));
-    }
     let changed: Vec<_> = found.iter().filter(|(run, hash)| known.get(*run) != Some(hash)).collect();
     assert!(
         changed.is_empty(),
-        "RENEW=1 cargo test --features f32 --test determinism, if the method changed: {changed:#?}"
+        "RENEW=1 cargo test --test suite determinism::, if the method changed: {changed:#?}"
     );
     assert_eq!(known.len(), found.len(), "hashes of runs that are no more");
 }

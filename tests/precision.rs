@@ -1,12 +1,8 @@
 //! What the engine's narrow numbers cost (`solver.precision: "f32"`), and that everything else is
 //! as in 64 bits.
-//!
-//! `cargo test --features f32 --test precision`
-#![cfg(feature = "f32")]
 
-mod common;
-
-use common::{below, case_of, changed, scene, small_scene, within};
+use crate::common;
+use crate::common::{below, case_of, changed, scene, small_scene, within};
 use serde_json::json;
 use tumblenet::run::Run;
 use tumblenet::simulation::Simulation;

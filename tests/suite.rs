@@ -1,7 +1,7 @@
 //! The tests from outside of the library, in one program: linked once, and busy on all cores to its end.
 //!
 //! `cargo test --test suite verdict::` runs those of one file. On their own stand what counts the memory (`fuzz`) or the
-//! instructions (`instructions`) of its process, and what is run in 32 bits too (`determinism`, `precision`).
+//! instructions (`instructions`) of its process.
 
 mod common;
 
@@ -17,6 +17,7 @@ mod cost;
 mod counts;
 mod dependency;
 mod deployment;
+mod determinism;
 mod effects;
 mod energy;
 mod engine_facts;
@@ -28,6 +29,7 @@ mod first_minutes;
 mod invariants;
 mod kills;
 mod models;
+mod precision;
 mod profiles;
 mod program;
 mod readme;
