@@ -60,7 +60,7 @@ const TABLE: [(Limit, &str, u64, &str); 13] = [
 ];
 
 /// How much an input may ask for. Within the defaults the worst input that was found, which takes all of them at once, costs
-/// `check` 6.6 s of processor time on a busy machine; the one with most memory takes 1 GB.
+/// `check` 3.2 s of processor time; the one with most memory takes 1 GB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     values: [u64; TABLE.len()],

@@ -1,7 +1,7 @@
 //! Faults that no single value shows: limits between sections of a scene.
 
-use super::estimate;
 use super::schema::Scene;
+use super::{clear, estimate};
 use crate::closing::trigger::Trigger;
 use crate::effects::chaser;
 use crate::limits::{Limit, Limits};
@@ -237,11 +237,11 @@ pub fn check_built(
             ),
         );
     }
-    check_clear(net, target, problems);
+    clear::knots(net, target, problems);
     if scene.effects.cable_contact.is_some()
         && !problems.list.iter().any(|known| known.place == "target.distance_m")
     {
-        check_cables_clear(net, target, problems);
+        clear::cables(net, target, problems);
     }
     check_thin_parts(demands, target, step, problems);
 }
@@ -323,78 +323,5 @@ fn check_estimate(
     if limits.exceeded(Limit::Work, work) && !problems.list.iter().any(|known| known.place == "duration_s") {
         let found = format!("{}, {work:.3e} cable steps of {} cables", scene.duration_s.0, net.cables.len());
         problems.add("duration_s", found, limits.allowed(Limit::Work));
-    }
-}
-
-/// Deepest overlap of a knot with the target at the start, over its radius [-]: more is no touch. A
-/// response would push it out within a step, hence shoot it off.
-const MAX_OVERLAP: f64 = 0.01;
-
-/// Overlaps after which no deeper one is looked for.
-const ENOUGH: usize = 1000;
-
-/// Checks that the cables of the folded net are clear of the target, where they touch it: the way out of a part that a
-/// cable lies through is no one's to say.
-fn check_cables_clear(net: &Net, target: &Target, problems: &mut Problems) {
-    let folded =
-        |knot: usize| target.attitude.inverse_transform_vector(&(net.folded[knot] - target.position));
-    let mut deepest: Option<(usize, usize, f64)> = None;
-    for (index, cable) in net.cables.iter().enumerate() {
-        let (from, to, radius) = (folded(cable.a), folded(cable.b), net.cable_radius(index));
-        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from).norm());
-        if middle.norm() > target.bounding_radius + radius + half {
-            continue;
-        }
-        for (number, part) in target.parts.iter().enumerate() {
-            if part.is_farther(&middle, radius + half) {
-                continue;
-            }
-            let overlap = part.deepest_between(&from, &to) + radius;
-            if overlap > MAX_OVERLAP * radius && deepest.is_none_or(|(_, _, known)| overlap > known) {
-                deepest = Some((index, number, overlap));
-            }
-        }
-    }
-    if let Some((cable, part, overlap)) = deepest {
-        problems.add(
-            "target.distance_m",
-            format!("cable {cable} of the folded net {overlap:.3e} m inside part {part} of the target"),
-            "a target clear of the folded net's cables, which touch it with effects.cable_contact: farther away, or a \
-             smaller net.fold.ratio",
-        );
-    }
-}
-
-/// Checks that the folded net is clear of the target.
-fn check_clear(net: &Net, target: &Target, problems: &mut Problems) {
-    let mut deepest: Option<(usize, usize, f64)> = None;
-    let mut n_inside = 0;
-    for (knot, (position, radius)) in net.folded.iter().zip(&net.radius).enumerate() {
-        let point = target.attitude.inverse_transform_vector(&(position - target.position));
-        if point.norm() > target.bounding_radius + radius {
-            continue;
-        }
-        for (index, part) in target.parts.iter().enumerate() {
-            if part.is_farther(&point, *radius) {
-                continue;
-            }
-            let overlap = part.depth(&point) + radius;
-            if overlap > MAX_OVERLAP * radius {
-                n_inside += 1;
-                if deepest.is_none_or(|(_, _, known)| overlap > known) {
-                    deepest = Some((knot, index, overlap));
-                }
-            }
-        }
-        if n_inside > ENOUGH {
-            break;
-        }
-    }
-    if let Some((knot, part, overlap)) = deepest {
-        problems.add(
-            "target.distance_m",
-            format!("knot {knot} of the folded net {overlap:.3e} m inside part {part} of the target"),
-            "a target clear of the folded net: farther away, or a smaller net.fold.ratio",
-        );
     }
 }

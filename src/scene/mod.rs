@@ -4,6 +4,7 @@
 //! shows. [`estimate`]: what a run will take.
 
 pub mod checks;
+mod clear;
 pub mod estimate;
 mod repair;
 pub mod schema;

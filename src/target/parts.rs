@@ -305,6 +305,11 @@ impl ConvexPart {
         self.primitive.reach_from(&self.to_part(&Vector3::zeros()))
     }
 
+    /// A ball around the part: its centre in the body frame, and its radius [m].
+    pub fn bounding_ball(&self) -> (Vector3<f64>, f64) {
+        (self.to_body(&Vector3::zeros()), self.primitive.reach_from(&Vector3::zeros()))
+    }
+
     pub(super) fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.pose.transform_point(&(*point).into()).coords
     }
