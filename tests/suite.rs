@@ -29,6 +29,7 @@ mod first_minutes;
 mod invariants;
 mod kills;
 mod models;
+mod optimise;
 mod precision;
 mod profiles;
 mod program;

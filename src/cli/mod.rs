@@ -12,6 +12,7 @@ mod manual;
 mod map;
 mod members;
 mod new;
+mod optimise;
 mod reading;
 mod reported;
 mod reproduce;
@@ -77,6 +78,8 @@ enum Command {
     Sweep(sweep::Arguments),
     /// Draws the probability of capture, or of another outcome, over one to four inputs of a sweep.
     Map(map::Arguments),
+    /// Finds the values of a study's parameters that make a capture likeliest to hold.
+    Optimise(optimise::Arguments),
     /// Finds which input of a sweep the spread of its numbers comes from.
     Sensitivity(sensitivity::Arguments),
     /// Says how strongly results depend on each parameter of a sweep, beside published numbers.
@@ -185,6 +188,7 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::New(arguments)) => new::main(&arguments),
         Some(Command::Sweep(arguments)) => sweep::main(&arguments),
         Some(Command::Map(arguments)) => map::main(&arguments),
+        Some(Command::Optimise(arguments)) => optimise::main(&arguments),
         Some(Command::Sensitivity(arguments)) => sensitivity::main(&arguments),
         Some(Command::Dependency(arguments)) => dependency::main(&arguments),
         Some(Command::Residual(arguments)) => residual::main(&arguments),

@@ -81,7 +81,8 @@ fn studies(
             continue;
         }
         let members = if quick { asked.quick.map(|quick| quick.members) } else { asked.members };
-        let study = Sweep::load_with(&asked.name, members, limits)?;
+        let study =
+            Sweep::load_with(&asked.name, limits, |spec| spec.members = members.unwrap_or(spec.members))?;
         let folder = out.join(&asked.name);
         let (plan, _) = sweep::run_in(&study, Shard::ALL, &folder)?;
         let kept = KeptRows::read(&folder, &plan);

@@ -37,6 +37,53 @@ const WORDS: &str = "Above, the regression: the darker, the more likely; lines a
 const SLICED: &str =
     " Each pair of panels is a slice: the regression at the middle of it, the members within it.";
 
+/// What a member of a sweep answers.
+#[derive(Clone, Debug)]
+pub struct MemberAnswer {
+    /// Its point.
+    pub point: u64,
+    /// Its inputs.
+    pub at: Vec<f64>,
+    /// Whether it has a verdict at all: one that failed has none.
+    pub has_verdict: bool,
+    /// Whether the outcome came; none where it is undecided.
+    pub came: Option<bool>,
+}
+
+/// The answers of the members among `kept`, in their order, with their numbers in the columns `over`; columns that are not
+/// there or hold no numbers are faults.
+pub fn answers(
+    plan: &SweepPlan,
+    kept: &KeptRows,
+    (over, outcome): (&[String], MapOutcome),
+    problems: &mut Problems,
+) -> Vec<MemberAnswer> {
+    let told = outcome.needed(plan, "--outcome", problems);
+    let names: Vec<&str> = over.iter().chain(&told).map(String::as_str).chain(["point"]).collect();
+    let columns = NumberColumns::find(plan, &names, "--over", problems);
+    let mut answers = Vec::new();
+    for (&member, row) in &kept.rows {
+        if !problems.list.is_empty() {
+            break;
+        }
+        let Some(values) = columns.of(kept, row, problems) else { break };
+        let (at, rest) = values.split_at(over.len());
+        let (ends, point) = rest.split_at(told.len());
+        let named = at.iter().zip(over);
+        let mut number = |(value, name): (&Option<f64>, &String)| {
+            value.unwrap_or_else(|| {
+                problems.add("--over", format!("{name} of member {member}"), "a column of numbers");
+                0.0
+            })
+        };
+        let at = named.map(&mut number).collect();
+        let point = point[0].map_or(member, |point| point as u64);
+        let came = outcome.of_row(row, ends, plan);
+        answers.push(MemberAnswer { point, at, has_verdict: row.captured.is_some(), came });
+    }
+    answers
+}
+
 /// What a map is asked for.
 #[derive(Clone, Debug)]
 pub struct MapRequest {
@@ -60,32 +107,12 @@ impl MapRequest {
             problems.add("--over", self.over.join(","), format!("one to {most} columns"));
             return Err(problems);
         }
-        let told = self.outcome.needed(plan, "--outcome", &mut problems);
-        let names: Vec<&str> = self.over.iter().chain(&told).map(String::as_str).chain(["point"]).collect();
-        let columns = NumberColumns::find(plan, &names, "--over", &mut problems);
+        let answers = answers(plan, kept, (&self.over, self.outcome), &mut problems);
+        let decided = answers.iter().filter(|answer| answer.has_verdict);
         let (mut samples, mut undecided) = (Vec::new(), 0);
-        for (&member, row) in &kept.rows {
-            if row.captured.is_none() || !problems.list.is_empty() {
-                continue;
-            }
-            let Some(values) = columns.of(kept, row, &mut problems) else { break };
-            let (at, rest) = values.split_at(self.over.len());
-            let (ends, point) = rest.split_at(told.len());
-            let at: Vec<f64> = at
-                .iter()
-                .zip(&self.over)
-                .map(|(value, name)| {
-                    value.unwrap_or_else(|| {
-                        problems.add("--over", format!("{name} of member {member}"), "a column of numbers");
-                        0.0
-                    })
-                })
-                .collect();
-            match self.outcome.of_row(row, ends, plan) {
-                Some(came) => {
-                    let point = point[0].map_or(member, |point| point as u64);
-                    samples.push(MapSample { point, at, came });
-                }
+        for answer in decided {
+            match answer.came {
+                Some(came) => samples.push(MapSample { point: answer.point, at: answer.at.clone(), came }),
                 None => undecided += 1,
             }
         }

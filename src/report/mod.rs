@@ -10,6 +10,7 @@ pub mod fit;
 pub mod gltf;
 pub mod grid;
 pub mod map;
+pub mod optimise;
 pub mod page;
 pub mod plots;
 pub mod recorded;

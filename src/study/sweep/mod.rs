@@ -8,6 +8,7 @@ pub mod dependency;
 pub mod design;
 pub mod logistic;
 pub mod map;
+pub mod optimise;
 pub mod outcome;
 mod published;
 pub mod sensitivity;
@@ -159,17 +160,21 @@ impl Sweep {
     /// # Errors
     /// Every fault at once: of the study, of its scene, and of the scene at the ends of every parameter.
     pub fn load(path: &str, limits: Limits) -> Result<Sweep, Problems> {
-        Sweep::load_with(path, None, limits)
+        Sweep::load_with(path, limits, |_| ())
     }
 
-    /// The same with so many members at each point.
+    /// The same, where `change` has changed what the file says.
     ///
     /// # Errors
     /// As [`Sweep::load`].
-    pub fn load_with(path: &str, members: Option<u64>, limits: Limits) -> Result<Sweep, Problems> {
+    pub fn load_with(
+        path: &str,
+        limits: Limits,
+        change: impl FnOnce(&mut SweepSpec),
+    ) -> Result<Sweep, Problems> {
         let known = "the path of a study file";
         super::load(path, Some(Kind::Study), known, limits, |mut spec: SweepSpec, file, limits, problems| {
-            spec.members = members.unwrap_or(spec.members);
+            change(&mut spec);
             Sweep::check(spec, file, limits, problems)
         })
     }
@@ -223,6 +228,11 @@ impl Sweep {
     /// Name for results and messages.
     pub fn name(&self) -> &str {
         &self.source.name
+    }
+
+    /// The study as written.
+    pub fn spec(&self) -> &SweepSpec {
+        &self.spec
     }
 
     /// The scene before anything varies.
