@@ -15,6 +15,8 @@ pub mod samples;
 pub mod shape;
 pub mod spec;
 
+use std::collections::HashSet;
+
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::geometry::Hull;
@@ -98,7 +100,10 @@ impl Target {
             Some(given) => mass::check_inertia(given, mass, bounding_radius, &found.place, problems)?,
             None => inertia_from_parts,
         };
-        let hull_points: Vec<_> = parts.iter().flat_map(ConvexPart::hull_points).collect();
+        // Parts that lie side by side share corners, copies of a round one all of them: a hull of many equal points takes long.
+        let mut known = HashSet::new();
+        let mut hull_points: Vec<_> = parts.iter().flat_map(ConvexPart::hull_points).collect();
+        hull_points.retain(|point| known.insert([point.x, point.y, point.z].map(f64::to_bits)));
         let Some(hull) = Hull::of(&hull_points) else {
             let found_extent = format!("parts too small for the {bounding_radius:e} m between them");
             problems.add(join(&found.place, "parts"), found_extent, "sizes and distances in proportion");
