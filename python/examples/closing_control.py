@@ -1,0 +1,160 @@
+"""When to close: rules that look at the net, beside fixed delays, for a target that tumbles at up to 2 rad/s about any axis.
+
+    python python/examples/closing_control.py [--dispersion 0.05] [--tune 32] [--fresh 160] [--seconds 3]
+
+Each way of choosing the moment has one number. It is chosen on the same `--tune` episodes for all of them, by the mean reward (held at
+the end, less 0.1 a joule of work), and so is the speed of the reels; then each is tried on the same `--fresh` episodes, which none has
+seen. Needs `pip install './python[gym]'`.
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import Callable, Iterable, NamedTuple
+
+import numpy as np
+import tumblenet
+from tumblenet.gym import OBSERVATION, UNCERTAIN, ClosingControlVector, default_scene
+
+TIME, AREA, DISTANCE, PAST, MET = map(
+    OBSERVATION.index, ("time_s", "area_m2", "distance_m", "bullets_past_m", "has_met")
+)
+Moment = Callable[[np.ndarray], np.ndarray]
+"""From observations [B, O] of one step after the other to whether it is time [B]."""
+
+
+def after_the_shot(delay: float) -> Moment:
+    return lambda seen: seen[:, TIME] >= delay - 1e-9
+
+
+def after_contact(delay: float) -> Moment:
+    since: list[np.ndarray] = []
+
+    def moment(seen: np.ndarray) -> np.ndarray:
+        met = np.where(seen[:, MET] > 0, seen[:, TIME], np.inf)
+        since[:] = [np.minimum(met, *since) if since else met]
+        return seen[:, TIME] >= since[0] + delay - 1e-9
+
+    return moment
+
+
+def bullets_past(distance: float) -> Moment:
+    return lambda seen: seen[:, PAST] >= distance
+
+
+def area_falls(share: float) -> Moment:
+    """Below a share of the largest, once the net's centre is within half a metre of the target's."""
+    most: list[np.ndarray] = []
+
+    def moment(seen: np.ndarray) -> np.ndarray:
+        most[:] = [np.maximum(seen[:, AREA], *most) if most else seen[:, AREA]]
+        return (seen[:, AREA] < share * most[0]) & (seen[:, DISTANCE] < 0.5)
+
+    return moment
+
+
+def never(_: float) -> Moment:
+    return lambda seen: np.zeros(len(seen), dtype=bool)
+
+
+WAYS: dict[str, tuple[Callable[[float], Moment], tuple[float, ...]]] = {
+    "never": (never, (0.0,)),
+    "fixed: s after the shot": (after_the_shot, (0.7, 0.8, 0.9, 1.0, 1.2)),
+    "fixed: s after contact": (after_contact, (0.0, 0.15, 0.3)),
+    "rule: bullets past by, m": (bullets_past, (-0.2, 0.0, 0.2)),
+    "rule: area below, of largest": (area_falls, (0.9, 0.7, 0.5)),
+}
+REELS = (1.0, 0.5)
+
+
+class Episodes(NamedTuple):
+    """What became of some, [B] each."""
+
+    held: np.ndarray
+    work: np.ndarray
+    reward: np.ndarray
+
+
+def scene(dispersion: float) -> tumblenet.Scene:
+    """The environment's own, with speed and angle of the launch off by this share, one sigma."""
+    launch = [{**row, "normal": {"relative": dispersion}} if "normal" in row else row for row in UNCERTAIN]
+    return tumblenet.Scene(default_scene(), {"uncertain": launch})
+
+
+def fly(env: ClosingControlVector, moment: Callable[[], Moment], reel: float, seeds: Iterable[int]) -> Episodes:
+    """The episodes with these seeds."""
+    all_seeds, parts = list(seeds), []
+    for first in range(0, len(all_seeds), env.num_envs):
+        some = all_seeds[first : first + env.num_envs]
+        seen, _ = env.reset(options={"episodes": some + some[:1] * (env.num_envs - len(some))})
+        over, reward, is_time = np.zeros(env.num_envs, dtype=bool), np.zeros(env.num_envs), moment()
+        held, work = np.zeros(env.num_envs, dtype=bool), np.zeros(env.num_envs)
+        while not over.all():
+            action = np.stack([is_time(seen), np.full(env.num_envs, reel)], axis=1)
+            seen, rewards, ends, cut_off, infos = env.step(action)
+            new = (ends | cut_off) & ~over
+            if new.any():
+                held[new], work[new] = infos["held"][new], infos["work_j"][new]
+            reward += rewards
+            over |= new
+        parts.append(Episodes(held[: len(some)], work[: len(some)], reward[: len(some)]))
+    return Episodes(*(np.concatenate(column) for column in zip(*parts)))
+
+
+def wilson(n_held: int, n: int) -> tuple[float, float]:
+    """Interval of 95 % of a share."""
+    z = 1.96
+    middle, width = n_held + z * z / 2, z * np.sqrt(n_held * (n - n_held) / n + z * z / 4)
+    return (middle - width) / (n + z * z), (middle + width) / (n + z * z)
+
+
+def bootstrap(differences: np.ndarray) -> tuple[float, float]:
+    """Interval of 95 % of the mean of differences, episode by episode."""
+    draws = np.random.default_rng(1).integers(len(differences), size=(4000, len(differences)))
+    low, high = np.quantile(differences[draws].mean(axis=1), (0.025, 0.975))
+    return float(low), float(high)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--dispersion", type=float, default=0.05, help="of the launch, one sigma")
+    parser.add_argument("--tune", type=int, default=32, help="episodes to choose the numbers on")
+    parser.add_argument("--fresh", type=int, default=160, help="episodes to try them on")
+    parser.add_argument("--seconds", type=float, default=3.0, help="of an episode")
+    arguments = parser.parse_args()
+    env = ClosingControlVector(16, scene(arguments.dispersion), at_most=arguments.seconds, autoreset=False)
+    tune, fresh = range(arguments.tune), range(10_000, 10_000 + arguments.fresh)
+
+    def reward(make: Callable[[float], Moment], number: float, reel: float) -> float:
+        return float(fly(env, lambda: make(number), reel, tune).reward.mean())
+
+    found: dict[str, tuple[float, float, Episodes]] = {}
+    for way, (make, numbers) in WAYS.items():
+        tuned = {number: reward(make, number, REELS[0]) for number in numbers}
+        number = max(tuned, key=tuned.__getitem__)
+        slower = {reel: reward(make, number, reel) for reel in (REELS[1:] if way != "never" else ())}
+        by_reel = {REELS[0]: tuned[number], **slower}
+        reel = max(by_reel, key=by_reel.__getitem__)
+        print(f"{way}: " + ", ".join(f"{n:g} {value:.3f}" for n, value in tuned.items()), end="; reels ")
+        print(", ".join(f"{n:g} {value:.3f}" for n, value in by_reel.items()), flush=True)
+        found[way] = (number, reel, fly(env, lambda: make(number), reel, fresh))
+
+    fixed = max((way for way in found if way.startswith("fixed")), key=lambda way: float(found[way][2].reward.mean()))
+    print(f"\n{arguments.fresh} fresh episodes of {arguments.seconds:g} s, dispersion {arguments.dispersion:g}\n")
+    print("| way | number | reels | held | interval of 95 % | work, J | reward | less that of the shot's delay | interval |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    base = found["fixed: s after the shot"][2]
+    for way, (number, reel, episodes) in found.items():
+        n_held = int(episodes.held.sum())
+        low, high = wilson(n_held, len(episodes.held))
+        differences = episodes.reward - base.reward
+        (less, more), mean = bootstrap(differences), differences.mean()
+        print(
+            f"| {way} | {number:g} | {reel:g} | {n_held} of {len(episodes.held)} | {low:.3f} to {high:.3f} "
+            f"| {episodes.work.mean():.3f} | {episodes.reward.mean():.3f} | {mean:+.3f} | {less:+.3f} to {more:+.3f} |"
+        )
+    print(f"\nthe better fixed delay: {fixed}")
+
+
+if __name__ == "__main__":
+    main()
