@@ -354,7 +354,8 @@ impl RunResult {
     }
 
     fn __reduce__(&self) -> PyResult<()> {
-        let instead = "send its scene, which makes the same bits again; or its summary and arrays; or save(folder)";
+        let instead =
+            "send its scene, which makes the same bits again; or its summary and arrays; or save(folder)";
         Err(errors::not_pickled("Result", instead))
     }
 

@@ -64,7 +64,9 @@ pub fn changes_of(changes: &Bound<'_, PyMapping>, is_keyword: bool) -> PyResult<
 /// `limits` with the changes of a dict, `{"knots": 1e6}`.
 pub fn limits_of(mut limits: Limits, changes: Option<&Bound<'_, PyMapping>>) -> PyResult<Limits> {
     let changes = changes.map_or_else(|| Ok(Vec::new()), |changes| changes_of(changes, false))?;
-    limits.set(&changes).map_err(|problems| errors::scene(Problems { input: "limits".to_owned(), ..problems }))?;
+    limits
+        .set(&changes)
+        .map_err(|problems| errors::scene(Problems { input: "limits".to_owned(), ..problems }))?;
     Ok(limits)
 }
 
@@ -142,8 +144,7 @@ impl Scene {
         let Source { name, input, folder, json, limits } = &self.source;
         let folder = folder.as_deref().map(std::path::absolute).transpose()?;
         let counts = limits.all().map(|(name, count)| format!("{name}={count}")).collect();
-        let pickled =
-            (name.clone(), input.clone(), folder, json.to_string(), counts, limits.allow_outside);
+        let pickled = (name.clone(), input.clone(), folder, json.to_string(), counts, limits.allow_outside);
         Ok((py.import("tumblenet._native")?.getattr("_unpickled_scene")?, pickled))
     }
 

@@ -87,7 +87,8 @@ impl Simulation {
                 return Err(failure);
             }
             if let Some(recorder) = &mut self.recorder {
-                recorder.record(&self.case, self.simulation.get_mut().unwrap_or_else(PoisonError::into_inner));
+                recorder
+                    .record(&self.case, self.simulation.get_mut().unwrap_or_else(PoisonError::into_inner));
             }
             if began.elapsed() > LOOK {
                 return Ok(done);
@@ -110,7 +111,8 @@ impl Simulation {
         let at_most = settle::TIMES * case.scene().duration_s.0;
         let recorder = record.then(|| Recorder::start(&case, &mut simulation, at_most));
         let readings = Readings::of(&mut simulation);
-        let columns = readings.columns.iter().map(|name| PyString::intern(scene.py(), name).unbind()).collect();
+        let columns =
+            readings.columns.iter().map(|name| PyString::intern(scene.py(), name).unbind()).collect();
         Ok(Simulation {
             simulation: Mutex::new(simulation),
             case,

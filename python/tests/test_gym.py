@@ -1,5 +1,8 @@
 """Closing control as an environment: gymnasium's own check, the bits of an ensemble's member, reward, ends."""
 
+import runpy
+import sys
+
 import numpy as np
 import pytest
 import tumblenet
@@ -136,6 +139,20 @@ def test_an_episode_ends_when_it_is_settled():
     assert over and not cut_off and info["verdict"] == "held_settled" and seen[-1, 0] < 10
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(WAIT)
+
+
+def test_the_example_sets_ways_beside_each_other(root, scene, monkeypatch, capsys):
+    main = runpy.run_path(str(root / "python/examples/closing_control.py"))["main"]
+    ways, own = main.__globals__["WAYS"], {"REELS": (1.0,), "scene": lambda dispersion: scene}
+    few = {way: (make, numbers[-1:]) for way, (make, numbers) in ways.items() if "area" not in way}
+    for name, value in {**own, "WAYS": few}.items():
+        monkeypatch.setitem(main.__globals__, name, value)
+    monkeypatch.setattr(sys, "argv", ["closing_control.py", "--tune", "2", "--fresh", "3", "--seconds", "1.5"])
+    main()
+    rows = [line.split(" | ") for line in capsys.readouterr().out.splitlines() if " of 3 " in line]
+    assert [row[0].removeprefix("| ") for row in rows] == list(few)
+    work = [float(row[5]) for row in rows]
+    assert work[0] == 0 and min(work[1:]) > 0.1 and all(0 <= float(row[6]) <= 1 for row in rows)
 
 
 def test_faults_are_told():

@@ -37,12 +37,7 @@ pub fn run<H: Heard>(
         curves.extend(case, &run.frames);
         return Ok((run, curves));
     };
-    let run = Run::until(
-        case,
-        at_most,
-        |frames, met| is_decided(case, frames, met, &mut curves),
-        progress,
-    )?;
+    let run = Run::until(case, at_most, |frames, met| is_decided(case, frames, met, &mut curves), progress)?;
     curves.extend(case, &run.frames);
     Ok((run, curves))
 }
