@@ -143,9 +143,8 @@ def test_an_episode_ends_when_it_is_settled():
 
 def test_the_example_sets_ways_beside_each_other(root, scene, monkeypatch, capsys):
     main = runpy.run_path(str(root / "python/examples/closing_control.py"))["main"]
-    ways, own = main.__globals__["WAYS"], {"REELS": (1.0,), "scene": lambda dispersion: scene}
-    few = {way: (make, numbers[-1:]) for way, (make, numbers) in ways.items() if "area" not in way}
-    for name, value in {**own, "WAYS": few}.items():
+    few = {way: (make, choices[:1]) for way, (make, choices) in main.__globals__["WAYS"].items()}
+    for name, value in {"WAYS": few, "scene": lambda dispersion: scene}.items():
         monkeypatch.setitem(main.__globals__, name, value)
     monkeypatch.setattr(sys, "argv", ["closing_control.py", "--tune", "2", "--fresh", "3", "--seconds", "1.5"])
     main()
@@ -158,7 +157,7 @@ def test_the_example_sets_ways_beside_each_other(root, scene, monkeypatch, capsy
 def test_faults_are_told():
     with pytest.raises(ValueError, match="effects.closing"):
         ClosingControl("cubesat-free")
-    for wrong in ({"dt": 0.0}, {"at_most": -1.0}, {"at_most": 1e9}, {"price_of_work": float("nan")}, {"perturb_m": 1.0}):
+    for wrong in ({"dt": 0.0}, {"at_most": -1.0}, {"at_most": 2.9}, {"at_most": 1e9}, {"price_of_work": float("nan")}, {"perturb_m": 1.0}):
         with pytest.raises(ValueError, match=next(iter(wrong)).split("_m")[0]):
             ClosingControl(**wrong)
     env = ClosingControl()

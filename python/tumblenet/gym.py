@@ -88,9 +88,9 @@ class _Flights:
             raise ValueError(f"scene: found {scene.name!r}; allowed: one with effects.closing and a target")
         self.scene = Scene(scene, {"effects.closing.trigger": {"on": "time", "at_s": 1e9}})
         self.at_most = 2 * scene.duration if at_most is None else at_most
-        for name, value in (("at_most", self.at_most), ("price_of_work", price_of_work)):
-            if not (np.isfinite(value) and value >= 0):
-                raise ValueError(f"{name}: found {value}; allowed: a number of at least 0")
+        for name, value, least in (("at_most", self.at_most, scene.duration), ("price_of_work", price_of_work, 0)):
+            if not (np.isfinite(value) and value >= least):
+                raise ValueError(f"{name}: found {value}; allowed: a number of at least {least}")
         self.reel_speed = float(closing["reel_speed_m_s"] if reel_speed is None else reel_speed)
         self.max_tension = float(closing["max_tension_n"])
         self.price = price_of_work
@@ -154,8 +154,8 @@ class ClosingControl(gymnasium.Env[Numbers, Numbers]):
     """One flight at a time: see the module.
 
     `scene`: one with `effects.closing` and a target; left out, `default_scene()`. `dt`: time between two actions [s].
-    `at_most`: of an episode [s]; left out, twice the scene's duration. `reel_speed`: the largest of each winch [m/s]; left
-    out, the scene's. `price_of_work`: reward a joule costs [1/J]. `perturb_m`: by how much knots of the folded net are moved
+    `at_most`: of an episode [s], at least the scene's duration; left out, twice that. `reel_speed`: the largest of each winch
+    [m/s]; left out, the scene's. `price_of_work`: reward a joule costs [1/J]. `perturb_m`: by how much knots of the folded net are moved
     [m].
     """
 
