@@ -13,7 +13,7 @@ use crate::state::Contact;
 pub const HIT: f64 = 1e-3;
 
 /// Impulses of every contact within the last [`HIT`].
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Hits {
     recent: BTreeMap<Touching, VecDeque<(f64, f64)>>,
 }

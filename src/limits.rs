@@ -96,6 +96,11 @@ impl Limits {
         format!("at most {} {unit} (--limit {name}=N raises it)", self.of(limit))
     }
 
+    /// Name and largest count of each.
+    pub fn all(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        TABLE.iter().zip(self.values).map(|((_, name, _, _), value)| (*name, value))
+    }
+
     /// Changes limits, each given as `NAME=N`.
     ///
     /// # Errors
@@ -123,7 +128,7 @@ impl Limits {
 /// All limits as they stand: `knots=250000, steps=100000000`.
 impl fmt::Display for Limits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let each = TABLE.iter().zip(self.values).map(|((_, name, _, _), value)| format!("{name}={value}"));
+        let each = self.all().map(|(name, value)| format!("{name}={value}"));
         f.write_str(&each.collect::<Vec<_>>().join(", "))
     }
 }

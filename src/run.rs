@@ -191,44 +191,21 @@ impl Run {
         mut decided: impl FnMut(&Frames, bool) -> bool,
         mut progress: impl FnMut(f64) -> H,
     ) -> Result<Run, Failure> {
-        let started = Instant::now();
         let mut simulation = Simulation::with(case, more);
-        let mut recorder = Recorder::new(case);
-        recorder.frame(case, &mut simulation);
-        let (own, stride) = (case.n_steps(), case.steps_per_frame());
-        let n_steps = own.max((at_most / case.time_step().step).round() as u64);
-        let stride_beyond = stride.max((n_steps - own).div_ceil(most_beyond(case)));
-        for step in 1..=n_steps {
+        let mut recorder = Recorder::start(case, &mut simulation, at_most);
+        while !recorder.is_full() {
             simulation.step()?;
-            recorder.step(case, &simulation.state);
-            let stride = if step <= own { stride } else { stride_beyond };
-            if step % stride == 0 || step == own || step == n_steps {
-                recorder.frame(case, &mut simulation);
-                if !progress(step as f64 / n_steps as f64).goes_on() {
-                    return Err(Failure::Interrupted { time: simulation.state.time });
-                }
-                if step >= own && decided(&recorder.frames, recorder.extremes.first_contact.is_some()) {
-                    break;
-                }
+            if !recorder.record(case, &mut simulation) {
+                continue;
+            }
+            if !progress(recorder.share_done()).goes_on() {
+                return Err(Failure::Interrupted { time: simulation.state.time });
+            }
+            if recorder.has_passed_end() && decided(&recorder.frames, recorder.has_met()) {
+                break;
             }
         }
-        let names = simulation.effect_names();
-        Ok(Run {
-            frames: recorder.frames,
-            mouth_area: recorder.mouth_area,
-            step: case.time_step().step,
-            state_hash: simulation.state.hash(),
-            extremes: recorder.extremes,
-            outside_impulse: simulation.audit.outside_impulse,
-            outside_angular_impulse: simulation.audit.outside_angular_impulse,
-            census: simulation.census(),
-            reading_names: simulation.columns(),
-            reports: simulation.reports(),
-            effects: names.into_iter().zip(simulation.audit.effect_counts.iter().copied()).collect(),
-            chaser: simulation.state.chaser,
-            work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },
-            wall: started.elapsed(),
-        })
+        Ok(recorder.finish(case, &mut simulation))
     }
 }
 
@@ -243,8 +220,9 @@ fn most_beyond(case: &Case) -> u64 {
     (MAX_POSITIONS_BEYOND / case.net().n_knots().max(1) as u64).clamp(10, MAX_BEYOND)
 }
 
-/// Collects what a run leaves behind.
-struct Recorder {
+/// Collects what a run leaves behind, for who steps a simulation in a loop of their own; [`Run::of`] is such a loop.
+#[derive(Clone)]
+pub struct Recorder {
     frames: Frames,
     mouth_area: Vec<f64>,
     extremes: Extremes,
@@ -256,13 +234,25 @@ struct Recorder {
     impulse: f64,
     tensions: Vec<f64>,
     contact_impulses: Vec<Vector3<f64>>,
+    /// Steps recorded; those to the scene's own end; those to the end of all.
+    done: u64,
+    own: u64,
+    n_steps: u64,
+    /// Steps from frame to frame, to the scene's own end and beyond.
+    strides: [u64; 2],
+    started: Instant,
 }
 
 impl Recorder {
-    fn new(case: &Case) -> Recorder {
+    /// Records the start of `simulation` of `case`, which goes on for at most `at_most` [s]: beyond the scene's own end
+    /// frames are as far apart as that asks for.
+    pub fn start(case: &Case, simulation: &mut Simulation, at_most: f64) -> Recorder {
+        let own = case.n_steps();
+        let n_steps = own.max((at_most / case.time_step().step).round() as u64);
+        let stride = case.steps_per_frame();
         let mut recorder = Recorder {
             frames: Frames::default(),
-            mouth_area: Vec::with_capacity(case.n_steps() as usize + 1),
+            mouth_area: Vec::with_capacity(own as usize + 1),
             extremes: Extremes::default(),
             hits: Hits::default(),
             step: case.time_step().step,
@@ -271,9 +261,76 @@ impl Recorder {
             impulse: 0.0,
             tensions: vec![0.0; case.net().cables.len()],
             contact_impulses: vec![Vector3::zeros(); case.net().n_knots()],
+            done: 0,
+            own,
+            n_steps,
+            strides: [stride, stride.max((n_steps - own).div_ceil(most_beyond(case)))],
+            started: Instant::now(),
         };
         recorder.mouth_area.push(recorder.area(&case.net().folded));
+        recorder.frame(case, simulation);
         recorder
+    }
+
+    /// Records the step that `simulation` has just done; whether it is a frame.
+    pub fn record(&mut self, case: &Case, simulation: &mut Simulation) -> bool {
+        self.step(case, &simulation.state);
+        self.done += 1;
+        let stride = self.strides[usize::from(self.done > self.own)];
+        let is_frame = self.done.is_multiple_of(stride) || self.done == self.own || self.done == self.n_steps;
+        if is_frame {
+            self.frame(case, simulation);
+        }
+        is_frame
+    }
+
+    /// The frames so far.
+    pub fn frames(&self) -> &Frames {
+        &self.frames
+    }
+
+    /// Whether net and target have met.
+    pub fn has_met(&self) -> bool {
+        self.extremes.first_contact.is_some()
+    }
+
+    /// Whether the scene's own end is reached.
+    pub fn has_passed_end(&self) -> bool {
+        self.done >= self.own
+    }
+
+    /// Whether the end of all is reached.
+    pub fn is_full(&self) -> bool {
+        self.done >= self.n_steps
+    }
+
+    /// Share of all steps that is done [-].
+    pub fn share_done(&self) -> f64 {
+        self.done as f64 / self.n_steps as f64
+    }
+
+    /// The run that ends with `simulation` as it is now, which is its last frame.
+    pub fn finish(mut self, case: &Case, simulation: &mut Simulation) -> Run {
+        if self.frames.time.last() != Some(&simulation.state.time) {
+            self.frame(case, simulation);
+        }
+        let names = simulation.effect_names();
+        Run {
+            frames: self.frames,
+            mouth_area: self.mouth_area,
+            step: self.step,
+            state_hash: simulation.state.hash(),
+            extremes: self.extremes,
+            outside_impulse: simulation.audit.outside_impulse,
+            outside_angular_impulse: simulation.audit.outside_angular_impulse,
+            census: simulation.census(),
+            reading_names: simulation.columns(),
+            reports: simulation.reports(),
+            effects: names.into_iter().zip(simulation.audit.effect_counts.iter().copied()).collect(),
+            chaser: simulation.state.chaser,
+            work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },
+            wall: self.started.elapsed(),
+        }
     }
 
     /// Area of the quadrilateral of the bullets, projected on the plane X = 0 [m^2].

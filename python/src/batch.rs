@@ -5,6 +5,7 @@ use std::sync::Arc;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde_json::Value;
 use tumblenet::case::Case;
@@ -18,8 +19,21 @@ use tumblenet::study::sweep::{DRAWN, Sweep};
 use crate::interrupt::{self, Stop};
 use crate::members::{Members, Outcome};
 use crate::result::{Recorded, at_most};
-use crate::scene::Scene;
+use crate::scene::{Scene, limits_of};
 use crate::{errors, json};
+
+/// `threads` threads, or as many as there are processors; a pool of its own: that of the process would not outlive a fork.
+pub fn pool(threads: Option<usize>) -> PyResult<ThreadPool> {
+    if threads == Some(0) {
+        return Err(errors::argument(
+            "threads",
+            0,
+            "at least 1, or None for as many as there are processors",
+        ));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+    pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))
+}
 
 /// `work` on every number below `n`, in parallel: with any number of threads the same, in the same order.
 fn in_parallel<T: Send>(
@@ -28,16 +42,7 @@ fn in_parallel<T: Send>(
     threads: Option<usize>,
     work: impl Fn(usize, &Stop) -> T + Sync,
 ) -> PyResult<Vec<T>> {
-    if threads == Some(0) {
-        return Err(errors::argument(
-            "threads",
-            0,
-            "at least 1, or None for as many as there are processors",
-        ));
-    }
-    // A pool of its own: that of the process would not outlive a fork.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
-    let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    let pool = pool(threads)?;
     interrupt::beside(py, |stop| pool.install(|| (0..n).into_par_iter().map(|i| work(i, stop)).collect()))
 }
 
@@ -143,12 +148,14 @@ pub fn ensemble<'py>(
 
 /// See `tumblenet.sweep`; columns and rows, as text. Ctrl-C waits for the members under way.
 #[pyfunction]
+#[pyo3(signature = (study, threads, limits=None))]
 pub fn sweep(
     py: Python<'_>,
     study: &Bound<'_, PyAny>,
     threads: Option<usize>,
+    limits: Option<&Bound<'_, PyMapping>>,
 ) -> PyResult<(Vec<String>, Vec<Vec<String>>)> {
-    let limits = Limits::default();
+    let limits = limits_of(Limits::default(), limits)?;
     let sweep = if study.cast::<PyMapping>().is_ok() {
         let mut problems = Problems::new("study");
         let written: Option<Value> = parse(&json::text(study)?, "", &mut problems);

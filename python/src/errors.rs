@@ -1,6 +1,6 @@
 //! Faults and failures as exceptions.
 
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use tumblenet::failure::Failure;
 use tumblenet::problems::Problems;
@@ -46,4 +46,9 @@ pub fn write(error: &WriteError) -> PyErr {
 /// An argument that is none.
 pub fn argument(name: &str, found: impl std::fmt::Display, allowed: &str) -> PyErr {
     PyValueError::new_err(format!("{name}: found {found}; allowed: {allowed}"))
+}
+
+/// Something that is not pickled, and what to send instead.
+pub fn not_pickled(what: &str, instead: &str) -> PyErr {
+    PyTypeError::new_err(format!("a {what} is not pickled; {instead}"))
 }

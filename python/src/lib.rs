@@ -8,11 +8,13 @@
 //! | [`scene`], [`result`] | a checked scene; a finished run |
 //! | [`controls`], [`simulation`] | a run under way |
 //! | [`batch`], [`members`] | many runs |
+//! | [`episodes`] | many runs under way, for who learns when to close |
 
 mod arrays;
 mod batch;
 mod body;
 mod controls;
+mod episodes;
 mod errors;
 mod interrupt;
 mod json;
@@ -40,11 +42,13 @@ mod _native {
     #[pymodule_export]
     use super::body::Body;
     #[pymodule_export]
+    use super::episodes::Episodes;
+    #[pymodule_export]
     use super::members::Members;
     #[pymodule_export]
     use super::result::{RunResult, run};
     #[pymodule_export]
-    use super::scene::Scene;
+    use super::scene::{Scene, unpickled};
     #[pymodule_export]
     use super::scenes;
     #[pymodule_export]

@@ -234,6 +234,10 @@ impl Members {
         slf.py().import("tumblenet._table")?.call_method1("stack", (slf, name))
     }
 
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(errors::not_pickled("Rollout", "send its arrays or table(), which are numpy's"))
+    }
+
     fn __repr__(&self) -> String {
         let failed = self.outcomes.iter().filter(|outcome| outcome.end().is_none()).count();
         format!("Rollout({} members, {failed} failed)", self.outcomes.len())

@@ -16,7 +16,8 @@ use tumblenet::metrics::conservation::CREATED;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::problems::Problems;
 use tumblenet::report::results;
-use tumblenet::run::Run;
+use tumblenet::run::{Recorder, Run};
+use tumblenet::simulation::Simulation;
 use tumblenet::study::settle;
 
 use crate::body::Body;
@@ -36,8 +37,24 @@ impl Recorded {
     /// Runs `case` to its end, or on for `at_most` [s] until its verdict is decided.
     pub fn of(case: Case, at_most: Option<f64>, stop: &Stop) -> Result<Recorded, Failure> {
         let (run, curves) = settle::run(&case, at_most, |_| stop.flow())?;
+        Ok(Recorded::with(case, run, curves))
+    }
+
+    /// The run of `case` that ends with `simulation` as it is now; `curves` of none or some of its frames.
+    pub fn up_to_now(
+        case: Case,
+        recorder: Recorder,
+        simulation: &mut Simulation,
+        mut curves: Curves,
+    ) -> Recorded {
+        let run = recorder.finish(&case, simulation);
+        curves.extend(&case, &run.frames);
+        Recorded::with(case, run, curves)
+    }
+
+    fn with(case: Case, run: Run, curves: Curves) -> Recorded {
         let summary = Summary::of(&case, &run, &curves);
-        Ok(Recorded { case, run, curves, summary })
+        Recorded { case, run, curves, summary }
     }
 }
 
@@ -323,6 +340,12 @@ impl RunResult {
             results::write(&folder, case, run, curves, summary)
         };
         py.detach(write).map_err(|error| errors::write(&error))
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let instead =
+            "send its scene, which makes the same bits again; or its summary and arrays; or save(folder)";
+        Err(errors::not_pickled("Result", instead))
     }
 
     /// The replay in a notebook.

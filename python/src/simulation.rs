@@ -1,6 +1,6 @@
 //! A run under way, step by step.
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use nalgebra::Vector3;
@@ -8,20 +8,50 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use tumblenet::case::Case;
 use tumblenet::failure::Failure;
+use tumblenet::metrics::capture::Curves;
+use tumblenet::run::Recorder;
 use tumblenet::simulation;
 use tumblenet::state::{Contact, State};
+use tumblenet::study::settle;
 
 use crate::body::Body;
 use crate::controls::{Thrust, Told};
 use crate::interrupt::LOOK;
-use crate::result::energies;
+use crate::result::{Recorded, RunResult, energies};
 use crate::scene::Scene;
 use crate::{arrays, errors};
+
+/// What effects of a simulation have to say, and which frames of its record were looked at.
+pub struct Readings {
+    pub columns: Vec<String>,
+    seen: usize,
+}
+
+impl Readings {
+    /// Nothing looked at yet.
+    pub fn of(simulation: &mut simulation::Simulation) -> Readings {
+        Readings { columns: simulation.columns(), seen: 0 }
+    }
+
+    /// The values now. Tensions are the largest since the last look here: a frame of the record is a look as well.
+    pub fn now(&mut self, simulation: &mut simulation::Simulation, recorder: Option<&Recorder>) -> Vec<f64> {
+        let mut values = simulation.values();
+        let frames = recorder.map_or(&[][..], |recorder| &recorder.frames().readings);
+        for (i, value) in values.iter_mut().enumerate().filter(|(i, _)| self.columns[*i].ends_with(TENSION)) {
+            *value = frames[self.seen..].iter().map(|frame| frame[i]).fold(*value, f64::max);
+        }
+        self.seen = frames.len();
+        values
+    }
+}
+
+/// How columns end that are the largest since the last look.
+pub const TENSION: &str = "_tension_n";
 
 /// A run under way: K knots, C cables, in the local frame, SI units. Arrays are copies of the state as it is now.
 ///
 /// `scene`: a `Scene`, or what one is made of. `thrust`: whether it can be told forces on target and chaser; without,
-/// its bits are those of `run`.
+/// its bits are those of `run`. `record`: keeps frames, for `result`.
 #[pyclass(module = "tumblenet")]
 pub struct Simulation {
     // For the compiler alone: whoever has `&mut` needs no lock.
@@ -30,13 +60,15 @@ pub struct Simulation {
     told: Told,
     thrust: Thrust,
     failed: Option<Failure>,
+    recorder: Option<Recorder>,
+    readings: Readings,
     /// Names of the effects' columns.
     columns: Vec<Py<PyString>>,
 }
 
 impl Simulation {
     fn simulation(&mut self) -> &mut simulation::Simulation {
-        self.simulation.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner)
+        self.simulation.get_mut().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn state(&mut self) -> &State {
@@ -54,6 +86,10 @@ impl Simulation {
                 self.failed = Some(failure.clone());
                 return Err(failure);
             }
+            if let Some(recorder) = &mut self.recorder {
+                recorder
+                    .record(&self.case, self.simulation.get_mut().unwrap_or_else(PoisonError::into_inner));
+            }
             if began.elapsed() > LOOK {
                 return Ok(done);
             }
@@ -65,21 +101,26 @@ impl Simulation {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scene, *, thrust=false))]
-    fn new(scene: &Bound<'_, PyAny>, thrust: bool) -> PyResult<Simulation> {
+    #[pyo3(signature = (scene, *, thrust=false, record=false))]
+    fn new(scene: &Bound<'_, PyAny>, thrust: bool, record: bool) -> PyResult<Simulation> {
         let scene = Scene::of(scene)?;
         let case = scene.get().case.clone();
         let (told, thrusters) = (Told::of(&case, thrust), Thrust::default());
         let effects = if thrust { vec![thrusters.effect()] } else { Vec::new() };
         let mut simulation = scene.py().detach(|| simulation::Simulation::with(&case, effects));
-        let columns = simulation.columns();
-        let columns = columns.iter().map(|name| PyString::intern(scene.py(), name).unbind()).collect();
+        let at_most = settle::TIMES * case.scene().duration_s.0;
+        let recorder = record.then(|| Recorder::start(&case, &mut simulation, at_most));
+        let readings = Readings::of(&mut simulation);
+        let columns =
+            readings.columns.iter().map(|name| PyString::intern(scene.py(), name).unbind()).collect();
         Ok(Simulation {
             simulation: Mutex::new(simulation),
             case,
             told,
             thrust: thrusters,
             failed: None,
+            recorder,
+            readings,
             columns,
         })
     }
@@ -187,12 +228,30 @@ impl Simulation {
     /// largest since the last look.
     #[getter]
     fn readings<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let values = self.simulation().values();
+        let simulation = self.simulation.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let values = self.readings.now(simulation, self.recorder.as_ref());
         let dict = PyDict::new(py);
         for (name, value) in self.columns.iter().zip(values) {
             dict.set_item(name, value)?;
         }
         Ok(dict)
+    }
+
+    /// The run up to now, as `run` returns one: with its frames, verdict and replay. Only with `record=True`.
+    ///
+    /// Its summary names the scene, and not what the simulation was told. Where `readings` was looked at, tensions of
+    /// threads in its frames are the largest since that look.
+    fn result(&mut self, py: Python<'_>) -> PyResult<RunResult> {
+        let Some(recorder) = self.recorder.clone() else {
+            return Err(errors::argument("record", "False", "True where a result is asked for"));
+        };
+        let (case, simulation) = (self.case.clone(), self.simulation());
+        let recorded = py.detach(|| Recorded::up_to_now(case, recorder, simulation, Curves::default()));
+        Ok(RunResult::new(py, Arc::new(recorded)))
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(errors::not_pickled("Simulation", "send its scene, and step that"))
     }
 
     /// First 16 digits of a SHA-256 over the state: the same bits, the same hash.

@@ -1,6 +1,8 @@
 """Many runs: the same bits with any number of threads, a reason for each that fails, tables."""
 
+import csv
 import json
+import runpy
 import signal
 import threading
 
@@ -98,6 +100,40 @@ def test_a_sweep_is_that_of_the_program(program, tmp_path):
                 assert [str(value).lower() if value is not None else "" for value in table[name]] == texts, name
     with pytest.raises(tumblenet.SceneError, match="collect"):
         tumblenet.sweep({**STUDY, "collect": ["no.such.number"]})
+
+
+def test_shards_of_a_sweep_become_one_parquet_file(root, program, tmp_path):
+    polars = pytest.importorskip("polars")
+    file = tmp_path / "mass.json"
+    # Each is within what the scene allows; both together the target begins within the net.
+    study = {
+        **STUDY,
+        "set": {"duration_s": 0.9, "target.offset_m": [0.5, 0.5]},
+        "parameters": [
+            {"path": "target.distance_m", "values": [0.15, 0.02]},
+            {"path": "target.offset_m", "values": [[0.5, 0.5], [0, 0]]},
+        ],
+        "design": {"kind": "grid"},
+    }
+    file.write_text(json.dumps(study))
+    for folder, shard in (("whole", "1/1"), ("one", "1/2"), ("two", "2/2")):
+        program("sweep", file, "--out", tmp_path / folder, "--shard", shard, "--quiet")
+        program("sweep", "merge", tmp_path / folder, "--partial", "--quiet")
+    convert = runpy.run_path(str(root / "python/examples/sweep_to_parquet.py"))["main"]
+    convert(tmp_path / "all.parquet", tmp_path / "one", tmp_path / "two")
+    convert(tmp_path / "whole.parquet", tmp_path / "whole")
+    table = polars.read_parquet(tmp_path / "all.parquet")
+    whole = polars.read_parquet(tmp_path / "whole.parquet")
+    assert set(table.columns) == set(whole.columns) and table.equals(whole.select(table.columns))
+    assert table["member"].to_list() == [0, 1, 2, 3]
+    text = csv.DictReader((tmp_path / "whole/table.csv").read_text().splitlines())
+    for row, line in zip(table.iter_rows(named=True), text):
+        assert {name for name, value in row.items() if value is not None} == {name for name, value in line.items() if value}
+        assert row["input.target.distance_m"] == float(line["input.target.distance_m"])
+    assert [failure is None for failure in table["failure"]] == [True, True, True, False]
+    assert "inside part 0 of the target" in table["failure"][3] and table["verdict"][3] is None
+    known = polars.read_parquet_metadata(tmp_path / "all.parquet")
+    assert json.loads(known["scene"])["duration_s"] == 0.9 and "sweep" in json.loads(known["provenance"])["command"]
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])

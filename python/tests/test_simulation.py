@@ -61,6 +61,35 @@ def test_a_loop_commands_the_winches():
     assert 0.1 < tension <= 0.5 * (1 + 1e-12)
 
 
+def test_a_recorded_simulation_has_the_result_of_a_run(capture):
+    scene, result = capture
+    simulation = Simulation(scene, record=True)
+    simulation.step(0.5123)
+    # Not at a frame: what is there so far ends with the state as it is.
+    assert simulation.result().time[-1] == simulation.time and simulation.result().state_hash == simulation.state_hash
+    simulation.step(scene.duration - simulation.time)
+    recorded = simulation.result()
+    assert recorded.state_hash == result.state_hash
+    np.testing.assert_array_equal(recorded.positions, result.positions)
+    np.testing.assert_array_equal(recorded.curves["mouth"], result.curves["mouth"])
+    machine = ("wall_s", "time_shares")
+    told, run = ({name: row for name, row in one.summary.items() if name not in machine} for one in (recorded, result))
+    assert told == run
+    with pytest.raises(ValueError, match="record"):
+        Simulation(scene).result()
+
+
+def test_a_look_has_the_largest_tension_since_the_last_also_when_recorded():
+    tensions = []
+    for record in (False, True):
+        simulation, seen = Simulation("cubesat-spin-x-2.0-tube", record=record), []
+        while simulation.time < 1.2:
+            simulation.step(0.03)
+            seen.append(simulation.readings["thread_1_tension_n"])
+        tensions.append(seen)
+    assert tensions[0] == tensions[1] and max(tensions[0]) > 0.1
+
+
 def test_thrust_on_a_free_target_is_newtons_law():
     scene = Scene("cubesat-free")
     mass = scene.to_dict()["target"]["mass_kg"]

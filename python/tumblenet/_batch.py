@@ -119,10 +119,17 @@ class Sweep:
         return f"Sweep({len(self)} members)"
 
 
-def sweep(study: Union[str, "PathLike[str]", Mapping[str, Any]], *, threads: Optional[int] = None) -> Sweep:
+def sweep(
+    study: Union[str, "PathLike[str]", Mapping[str, Any]],
+    *,
+    threads: Optional[int] = None,
+    limits: Optional[Mapping[str, float]] = None,
+) -> Sweep:
     """Runs all members of `study`: the path of a study file, the name of a built-in one, or a dict as such a file has it.
+
+    `limits`: how much its scene may ask for, as `Scene` takes them.
 
     For one that takes minutes. A longer one is the program's, which goes on after an interruption: `tumblenet sweep`
     writes the same table as `table.csv`.
     """
-    return Sweep(_table.of_rows(*_native.sweep(study, threads)))
+    return Sweep(_table.of_rows(*_native.sweep(study, threads, limits)))

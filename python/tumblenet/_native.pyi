@@ -1,17 +1,20 @@
 from os import PathLike
 from typing import Any, Mapping, Optional, Sequence, Union, final
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ._types import Array, Contacts, Controls, SceneLike, Whole
 
 __all__ = [
     "Body",
+    "Episodes",
     "Result",
     "Rollout",
     "Scene",
     "Simulation",
     "__version__",
+    "_unpickled_scene",
     "ensemble",
     "rollout",
     "run",
@@ -23,8 +26,16 @@ __version__: str
 @final
 class Scene:
     def __new__(
-        cls, scene: SceneLike, changes: Optional[Mapping[str, Any]] = None, **more: Any
+        cls,
+        scene: SceneLike,
+        changes: Optional[Mapping[str, Any]] = None,
+        *,
+        limits: Optional[Mapping[str, float]] = None,
+        allow_outside: bool = False,
+        **more: Any,
     ) -> Scene: ...
+    @property
+    def limits(self) -> dict[str, int]: ...
     @property
     def name(self) -> str: ...
     @property
@@ -124,7 +135,7 @@ class Result:
 
 @final
 class Simulation:
-    def __new__(cls, scene: SceneLike, *, thrust: bool = False) -> Simulation: ...
+    def __new__(cls, scene: SceneLike, *, thrust: bool = False, record: bool = False) -> Simulation: ...
     def step(self, dt: Optional[float] = None, controls: Optional[Controls] = None) -> None: ...
     @property
     def time_step(self) -> float:
@@ -152,8 +163,30 @@ class Simulation:
     def contacts(self) -> Contacts: ...
     @property
     def readings(self) -> dict[str, float]: ...
+    def result(self) -> Result: ...
     @property
     def state_hash(self) -> str: ...
+
+@final
+class Episodes:
+    def __new__(
+        cls, scene: SceneLike, n: int, dt: float, at_most: float, perturb_m: float, threads: Optional[int]
+    ) -> Episodes: ...
+    @staticmethod
+    def names() -> list[str]: ...
+    def reset(self, seeds: Sequence[Optional[int]]) -> None: ...
+    def step(
+        self, goes_on: Sequence[bool], start: Sequence[bool], reel_speed: Sequence[float], max_tension: float
+    ) -> None: ...
+    def observation(self) -> Array:
+        """[B, O]"""
+    def work(self) -> Array:
+        """[B], J"""
+    def ended(self) -> list[NDArray[np.bool_]]:
+        """[B] each"""
+    def verdict(self, number: int) -> tuple[bool, str, Optional[str]]: ...
+    def drawn(self, number: int) -> tuple[int, dict[str, str]]: ...
+    def result(self, number: int) -> Result: ...
 
 @final
 class Rollout:
@@ -202,6 +235,14 @@ class Rollout:
         """[B, T, ...]"""
 
 def scenes() -> list[str]: ...
+def _unpickled_scene(
+    name: str,
+    input: str,
+    folder: Optional[Union[str, PathLike[str]]],
+    json: str,
+    limits: Sequence[str],
+    allow_outside: bool,
+) -> Scene: ...
 def run(scene: SceneLike, *, until_settled: bool = False, at_most: Optional[float] = None) -> Result: ...
 def rollout(
     scene: SceneLike,
@@ -223,5 +264,7 @@ def ensemble(
     frames: bool,
 ) -> tuple[Rollout, dict[str, Any]]: ...
 def sweep(
-    study: Union[str, PathLike[str], Mapping[str, Any]], threads: Optional[int]
+    study: Union[str, PathLike[str], Mapping[str, Any]],
+    threads: Optional[int],
+    limits: Optional[Mapping[str, float]] = None,
 ) -> tuple[list[str], list[list[str]]]: ...

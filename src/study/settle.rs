@@ -6,7 +6,7 @@ use crate::limits::Limit;
 use crate::metrics::capture::Curves;
 use crate::metrics::verdict::Capture;
 use crate::problems::Problems;
-use crate::run::{Heard, Run};
+use crate::run::{Frames, Heard, Run};
 
 /// How many times the scene's duration a run goes on for where nobody says how long.
 pub const TIMES: f64 = 10.0;
@@ -37,16 +37,15 @@ pub fn run<H: Heard>(
         curves.extend(case, &run.frames);
         return Ok((run, curves));
     };
-    let run = Run::until(
-        case,
-        at_most,
-        |frames, met| {
-            curves.extend(case, frames);
-            Capture::of(case, met, &frames.time, &curves)
-                .is_none_or(|capture| capture.is_decided(case, &frames.time, &curves))
-        },
-        progress,
-    )?;
+    let run = Run::until(case, at_most, |frames, met| is_decided(case, frames, met, &mut curves), progress)?;
     curves.extend(case, &run.frames);
     Ok((run, curves))
+}
+
+/// Whether the verdict on `frames` of a run under way, in which net and target have `met` or not, is decided; `curves` are
+/// brought up to them.
+pub fn is_decided(case: &Case, frames: &Frames, met: bool, curves: &mut Curves) -> bool {
+    curves.extend(case, frames);
+    let capture = Capture::of(case, met, &frames.time, curves);
+    capture.is_none_or(|capture| capture.is_decided(case, &frames.time, curves))
 }
