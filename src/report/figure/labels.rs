@@ -19,14 +19,18 @@ pub fn of(folders: &[&Path]) -> Vec<String> {
     let last =
         (0..shortest - first).take_while(|&i| alike(&|name| name[name.len() - 1 - i].to_owned())).count();
     let mut short: Vec<String> = words.iter().map(|name| name[first..name.len() - last].join(" ")).collect();
-    for i in 0..short.len() {
-        // Where one name is within another nothing is left of it; where two are the same, a number tells them apart.
-        if short[i].is_empty() {
-            short[i] = words[i].last().map_or_else(|| names[i].clone(), |word| (*word).to_owned());
+    for (label, (words, name)) in short.iter_mut().zip(words.iter().zip(&names)) {
+        // Where one name is within another nothing is left of it.
+        if label.is_empty() {
+            *label = words.last().map_or_else(|| name.clone(), |word| (*word).to_owned());
         }
-        let before = short[..i].iter().filter(|other| **other == short[i]).count();
+    }
+    // Where two are the same, a number tells them apart.
+    let plain = short.clone();
+    for (i, label) in short.iter_mut().enumerate() {
+        let before = plain[..i].iter().filter(|other| **other == plain[i]).count();
         if before > 0 {
-            short[i] = format!("{} ({})", short[i], before + 1);
+            *label = format!("{label} ({})", before + 1);
         }
     }
     short
