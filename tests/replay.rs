@@ -3,7 +3,7 @@
 //! Needs Chromium in the path, or its path in `TUMBLENET_BROWSER`; `.ci/run` installs one. Elsewhere the test
 //! says that it was skipped.
 
-use crate::common;
+use crate::common::{self, program};
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -76,18 +76,69 @@ fn a_replay_opens_in_a_browser_without_complaint() {
     let page = folder.path().join("replay.html");
     let (early, early_log) = picture(&browser, &page, "0.2");
     let (late, late_log) = picture(&browser, &page, "0.9");
-    for log in [early_log, late_log] {
+    no_complaints(&[early_log, late_log]);
+    let moved = changed(&early, &late);
+    assert!(moved > 1000, "{moved} pixels changed between 0.2 s and 0.9 s");
+}
+
+/// The browser had nothing to say of the page.
+fn no_complaints(logs: &[String]) {
+    for log in logs {
         // A machine without a graphics card is told so; that is no fault of the page.
         let chatter = |line: &&str| line.contains("GL Driver Message") || line.contains("software WebGL");
         let said = log.lines().filter(|line| line.contains("CONSOLE"));
         let complaints: Vec<&str> = said.filter(|line| !chatter(line)).collect();
         assert!(complaints.is_empty(), "{complaints:#?}");
     }
-    let (early, late) = (scene_pixels(&early), scene_pixels(&late));
-    for pixels in [&early, &late] {
+}
+
+/// Pixels of the scene that differ between two pictures, neither of which is blank.
+fn changed(one: &[u8], other: &[u8]) -> usize {
+    let (one, other) = (scene_pixels(one), scene_pixels(other));
+    for pixels in [&one, &other] {
         let colours: HashSet<&[u8; 3]> = pixels.iter().collect();
         assert!(colours.len() > 200, "a blank scene of {} colours", colours.len());
     }
-    let moved = early.iter().zip(&late).filter(|(a, b)| a != b).count();
-    assert!(moved > 1000, "{moved} pixels changed between 0.2 s and 0.9 s");
+    one.iter().zip(&other).filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn runs_in_one_page_are_seen_in_each_other_and_side_by_side() {
+    let folder = program::with_scene(|_| {});
+    let at = folder.path();
+    program::printed(at, &["run", "scene.json", "--out", "speed-2.0"]);
+    program::printed(at, &["run", "scene.json", "--set", "launch.speed_m_s=2.6", "--out", "speed-2.6"]);
+    let told = program::printed(at, &["replay", "speed-2.0", "speed-2.6"]);
+    assert_eq!(told.trim(), "results/replay/replay.html");
+    let page = std::fs::read_to_string(at.join("results/replay/replay.html")).unwrap();
+    let data = tumblenet::report::replay::data(&page).unwrap();
+    assert_eq!([&data["label"], &data["others"][0]["label"]], ["2.0", "2.6"]);
+
+    let refused = |arguments: &[&str]| {
+        let output = program::tumblenet(at, &[&["replay"], arguments].concat());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        program::err(&output)
+    };
+    std::fs::create_dir(at.join("other")).unwrap();
+    std::fs::write(at.join("other/replay.html"), "<html></html>").unwrap();
+    let told = refused(&["nowhere", "other", "--label", "a"]);
+    for words in
+        ["nowhere: found ", "other/replay.html: found a page of another kind", "one for each of 2 runs"]
+    {
+        assert!(told.contains(words), "{words} not in {told}");
+    }
+
+    let Some(browser) = common::tool("a browser (Chromium in the path, or TUMBLENET_BROWSER)", browser())
+    else {
+        return;
+    };
+    let alone = picture(&browser, &at.join("speed-2.0/replay.html"), "0.15&view=side");
+    let both = at.join("results/replay/replay.html");
+    let within = picture(&browser, &both, "0.15&view=side");
+    let beside = picture(&browser, &both, "0.15&view=side&show=beside");
+    no_complaints(&[alone.1, within.1, beside.1]);
+    for (what, moved) in [("ghost", changed(&alone.0, &within.0)), ("beside", changed(&within.0, &beside.0))]
+    {
+        assert!(moved > 500, "{what}: {moved} pixels changed");
+    }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use tumblenet::limits::Limits;
+use tumblenet::read::schema;
 use tumblenet::report::reproduce::{StudyRows, summary, text};
 use tumblenet::report::rows::{KeptRows, RowKeeper};
 use tumblenet::report::sweep;
@@ -100,6 +101,9 @@ fn a_reason_stands_where_the_answers_differ_and_rows_are_counted_by_chapter() {
     let provenance = tumblenet::provenance::Provenance::here();
     let all = Reproduction { quick: false, rows, provenance };
     assert!(summary(&all).contains("| 5, capture | 2 | 1 | 1 | 0 |"), "{}", summary(&all));
+    let published = jsonschema::validator_for(&schema::<Reproduction>()).unwrap();
+    let written = serde_json::to_value(&all).unwrap();
+    assert!(published.is_valid(&written), "{:?}", published.iter_errors(&written).next());
     let text = text(&all);
     assert!(text.contains("differs it: 2.00 m (source: at most 1 m)"), "{text}");
 }

@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod cost;
 mod dependency;
+mod figure;
 mod fit;
 mod interrupt;
 mod list;
@@ -14,10 +15,12 @@ mod members;
 mod new;
 mod optimise;
 mod reading;
+mod replay;
 mod reported;
 mod reproduce;
 mod residual;
 mod run;
+mod schema;
 mod sensitivity;
 mod show;
 mod stress;
@@ -29,11 +32,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand, ValueEnum};
 use tumblenet::failure::Failure;
 use tumblenet::problems::{Problems, visible};
-use tumblenet::read::input_schema;
 use tumblenet::report::files::WriteError;
-use tumblenet::scene::schema::Scene;
-use tumblenet::study::experiment::spec::FitSpec;
-use tumblenet::study::sweep::spec::SweepSpec;
 
 /// Where to begin.
 const FIRST_STEPS: &str = "\
@@ -84,6 +83,10 @@ enum Command {
     Sensitivity(sensitivity::Arguments),
     /// Says how strongly results depend on each parameter of a sweep, beside published numbers.
     Dependency(dependency::Arguments),
+    /// Draws figures of a run for print, or of several runs in the same axes.
+    Figure(figure::Arguments),
+    /// Makes one replay page of several runs, in step with each other.
+    Replay(replay::Arguments),
     /// Says how far a run is from measured tracks of markers, or from another run.
     Residual(residual::Arguments),
     /// Finds which parameters make a scene meet measured tracks, and how well they are known.
@@ -96,27 +99,16 @@ enum Command {
     List,
     /// Shows a scene with every default filled in, and what a run of it consists of.
     Show(show::Arguments),
-    /// Prints the JSON Schema of scenes, of studies, or of fits.
+    /// Prints the JSON Schema of a kind of files: what is read, or a result.
     Schema {
         /// Of which kind of file.
         #[arg(value_enum, default_value = "scene")]
-        of: SchemaOf,
+        of: schema::SchemaOf,
     },
     /// Prints completions of commands and options for a shell.
     Completions(manual::Completions),
     /// Prints the manual page.
     Man,
-}
-
-/// Kinds of input files.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SchemaOf {
-    /// Scenes, of `run` and all others.
-    Scene,
-    /// Studies, of `sweep`.
-    Study,
-    /// Fits, of `fit`.
-    Fit,
 }
 
 /// How results are printed.
@@ -191,14 +183,12 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::Optimise(arguments)) => optimise::main(&arguments),
         Some(Command::Sensitivity(arguments)) => sensitivity::main(&arguments),
         Some(Command::Dependency(arguments)) => dependency::main(&arguments),
+        Some(Command::Figure(arguments)) => figure::main(&arguments),
+        Some(Command::Replay(arguments)) => replay::main(&arguments),
         Some(Command::Residual(arguments)) => residual::main(&arguments),
         Some(Command::Fit(arguments)) => fit::main(&arguments),
         Some(Command::Reproduce(arguments)) => reproduce::main(&arguments),
-        Some(Command::Schema { of }) => print(&json(&match of {
-            SchemaOf::Scene => input_schema::<Scene>(),
-            SchemaOf::Study => input_schema::<SweepSpec>(),
-            SchemaOf::Fit => input_schema::<FitSpec>(),
-        })),
+        Some(Command::Schema { of }) => print(&json(&schema::of(of))),
         Some(Command::Completions(arguments)) => manual::completions(&arguments),
         Some(Command::Man) => manual::page(),
     }

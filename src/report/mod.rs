@@ -5,6 +5,7 @@ pub mod compare;
 pub mod cost;
 pub mod dependency;
 pub mod ensemble;
+pub mod figure;
 pub mod files;
 pub mod fit;
 pub mod gltf;

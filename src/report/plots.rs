@@ -12,7 +12,7 @@ mod draw;
 
 use plotters::style::RGBColor;
 
-pub use draw::{PlotError, svg};
+pub use draw::{PlotError, printed, svg};
 
 /// Width of every figure [px].
 pub const WIDTH: u32 = 960;
@@ -88,8 +88,37 @@ pub fn hex(colour: RGBColor) -> String {
     format!("#{:02X}{:02X}{:02X}", colour.0, colour.1, colour.2)
 }
 
+/// How a curve is stroked, so that it is told from others without colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pen {
+    /// Width [px].
+    pub width: f64,
+    /// Lengths of strokes and gaps in turn [px]; none: unbroken.
+    pub dashes: &'static [f64],
+}
+
+/// Pens that differ in print without colours; none occurs twice.
+const PENS: [&[f64]; MOST_PENS] = [
+    &[],
+    &[7.0, 3.0],
+    &[1.5, 2.5],
+    &[9.0, 2.5, 1.5, 2.5],
+    &[16.0, 4.0],
+    &[4.0, 2.0],
+    &[9.0, 2.5, 1.5, 2.5, 1.5, 2.5],
+    &[2.0, 7.0],
+];
+
+/// Most curves of one panel that are told apart without colours.
+pub const MOST_PENS: usize = 8;
+
+/// The pen of curve `number`, which is below [`MOST_PENS`].
+pub fn pen(number: usize) -> Pen {
+    Pen { width: 1.6, dashes: PENS[number % MOST_PENS] }
+}
+
 /// An axis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// What it shows, with the unit.
     pub label: String,
@@ -152,6 +181,17 @@ pub enum Mark {
         width: u32,
         /// Whether it is broken.
         dashed: bool,
+    },
+    /// A curve with a name and a pen of its own.
+    Curve {
+        /// What it shows; a browser shows that at the pointer.
+        name: String,
+        /// Its points.
+        points: Vec<(f64, f64)>,
+        /// Its colour.
+        colour: RGBColor,
+        /// How it is stroked.
+        pen: Pen,
     },
     /// The space between two curves.
     Band {
@@ -224,7 +264,7 @@ pub struct Key {
 }
 
 /// What a legend shows beside the words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Swatch {
     /// A line.
     Line,
@@ -232,6 +272,8 @@ pub enum Swatch {
     Dashed,
     /// A filled field.
     Field,
+    /// A stroke of a pen.
+    Pen(Pen),
 }
 
 /// One diagram.
@@ -286,6 +328,12 @@ mod tests {
         for axis in [Axis::linear("", []), Axis::log("", [0.0], 6), Axis::log("", [], 6)] {
             assert!(axis.range[0] < axis.range[1] && axis.range[1].is_finite(), "{axis:?}");
         }
+    }
+
+    #[test]
+    fn no_pen_occurs_twice() {
+        let all: Vec<Pen> = (0..MOST_PENS).map(pen).collect();
+        assert!(all.iter().enumerate().all(|(n, one)| !all[..n].contains(one)));
     }
 
     #[test]

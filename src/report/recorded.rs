@@ -1,15 +1,168 @@
-//! A run, read back from its folder.
+//! A run, read back from its folder: where its knots were, or all of it.
 
 use std::fs::File;
 use std::path::Path;
 
-use nalgebra::Vector3;
-use ndarray::{Array1, Array3, Dimension, OwnedRepr};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use ndarray::{Array1, Array2, Array3, Dimension, Ix1, Ix2, Ix3, OwnedRepr};
 use ndarray_npy::{NpzReader, ReadableElement};
 
 use super::files;
+use crate::limits;
+use crate::metrics::summary::Summary;
 use crate::problems::Problems;
 use crate::study::experiment::paths::{KnotNames, KnotPaths};
+
+/// Most bytes of `summary.json` and of `series.csv`.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// A run as its folder has it: T frames of K knots and C cables.
+pub struct RecordedRun {
+    /// What it has to say in numbers.
+    pub summary: Summary,
+    /// Its curves.
+    pub series: RecordedSeries,
+    /// Where its knots were.
+    pub paths: KnotPaths,
+    /// Sum of the contact impulses on each knot since the frame before [N s], T × K × 3.
+    pub contact_impulses: Array3<f64>,
+    /// Largest tension of each cable since the frame before [N], T × C.
+    pub tensions: Array2<f64>,
+    /// Its net.
+    pub net: RecordedNet,
+    /// Its target, where it has one.
+    pub target: Option<RecordedTarget>,
+}
+
+/// What the net of a run is made of.
+pub struct RecordedNet {
+    /// The two knots of each cable.
+    pub cables: Vec<[usize; 2]>,
+    /// Rest length of each cable [m].
+    pub rest_lengths: Vec<f64>,
+    /// Breaking tension of each cable [N].
+    pub breaking_tensions: Vec<f64>,
+    /// Mass of each knot [kg].
+    pub masses: Vec<f64>,
+    /// The knots that are bullets.
+    pub bullets: Vec<usize>,
+    /// Knots round the mouth, in order.
+    pub edge: Vec<usize>,
+    /// The knots that each closing thread passes, in order; none: outside of the net.
+    pub threads: Vec<Vec<Option<usize>>>,
+}
+
+/// The target of a run.
+pub struct RecordedTarget {
+    /// Centre of mass [m], T.
+    pub position: Vec<Vector3<f64>>,
+    /// Local frame from body frame, T.
+    pub attitude: Vec<UnitQuaternion<f64>>,
+    /// Corners of its hulls, body frame [m].
+    pub points: Vec<Vector3<f64>>,
+    /// Three of them each, counter-clockwise from outside.
+    pub triangles: Vec<[usize; 3]>,
+}
+
+/// The columns of `series.csv`, each T long.
+pub struct RecordedSeries {
+    names: Vec<String>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl RecordedSeries {
+    /// The column called `name`, where the run has it.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let place = self.names.iter().position(|known| known == name)?;
+        Some(&self.columns[place])
+    }
+
+    /// Names and columns of all for which `is_meant` is true.
+    pub fn columns<'a>(
+        &'a self,
+        is_meant: impl Fn(&str) -> bool + 'a,
+    ) -> impl Iterator<Item = (&'a str, &'a [f64])> {
+        let all = self.names.iter().zip(&self.columns);
+        all.filter(move |(name, _)| is_meant(name)).map(|(name, column)| (name.as_str(), column.as_slice()))
+    }
+
+    fn read(path: &Path, n_frames: usize, problems: &mut Problems) -> Option<RecordedSeries> {
+        let mut told = Problems::new("");
+        let series =
+            read_plain(path, &mut told).and_then(|text| RecordedSeries::parse(&text, n_frames, &mut told));
+        problems.add_below("series.csv", told);
+        series
+    }
+
+    fn parse(text: &[u8], n_frames: usize, problems: &mut Problems) -> Option<RecordedSeries> {
+        let mut reader = csv::Reader::from_reader(text);
+        let names: Vec<String> = match reader.headers() {
+            Ok(names) => names.iter().map(str::to_owned).collect(),
+            Err(error) => {
+                problems.add("", error, "a table with a heading");
+                return None;
+            }
+        };
+        let mut columns = vec![Vec::new(); names.len()];
+        for (row, record) in reader.records().enumerate() {
+            let numbers: Option<Vec<f64>> =
+                record.ok().and_then(|record| record.iter().map(|cell| cell.parse().ok()).collect());
+            let Some(numbers) = numbers.filter(|numbers| numbers.len() == names.len()) else {
+                problems.add(format!("line {}", row + 2), "no row of numbers", "a number a column");
+                return None;
+            };
+            columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
+        }
+        let n_rows = columns.first().map_or(0, Vec::len);
+        if n_rows != n_frames {
+            problems.add("", format!("{n_rows} rows"), format!("the {n_frames} frames of trajectory.npz"));
+            return None;
+        }
+        Some(RecordedSeries { names, columns })
+    }
+}
+
+impl RecordedRun {
+    /// The run whose results are in `folder`.
+    ///
+    /// # Errors
+    /// Faults of its files.
+    pub fn read(folder: &Path) -> Result<RecordedRun, Problems> {
+        files::recover(folder);
+        let mut problems = Problems::new(folder.display().to_string());
+        let summary = summary(&folder.join("summary.json"), &mut problems);
+        let mut npz = open(&folder.join("trajectory.npz"), "trajectory.npz", &mut problems);
+        let run = npz.as_mut().and_then(|npz| {
+            let mut told = Problems::new("");
+            let arrays = arrays(npz, &mut told);
+            problems.add_below("trajectory.npz", told);
+            let (paths, contact_impulses, tensions, net, target) = arrays?;
+            let series = RecordedSeries::read(&folder.join("series.csv"), paths.time.len(), &mut problems)?;
+            Some(RecordedRun { summary: summary?, series, paths, contact_impulses, tensions, net, target })
+        });
+        problems.into_result(run)
+    }
+
+    /// Time of the last frame [s].
+    pub fn end(&self) -> f64 {
+        self.paths.end()
+    }
+}
+
+fn summary(path: &Path, problems: &mut Problems) -> Option<Summary> {
+    let mut told = Problems::new("");
+    let summary = read_plain(path, &mut told).and_then(|text| {
+        let read = serde_json::from_slice(&text);
+        read.map_err(|error| told.add("", error, "the summary of a run by this version of the program")).ok()
+    });
+    problems.add_below("summary.json", told);
+    summary
+}
+
+fn read_plain(path: &Path, problems: &mut Problems) -> Option<Vec<u8>> {
+    let text = limits::read_file(path, MOST_BYTES);
+    text.map_err(|error| problems.add("", error, "a file in the folder of a run's results")).ok()
+}
 
 /// Where a run's knots were, from `trajectory.npz` in its `folder`.
 ///
@@ -19,35 +172,154 @@ pub fn paths(folder: &Path) -> Result<KnotPaths, Problems> {
     files::recover(folder);
     let path = folder.join("trajectory.npz");
     let mut problems = Problems::new(path.display().to_string());
-    let file = match File::open(&path) {
-        Ok(file) if file.metadata().is_ok_and(|told| told.is_file()) => NpzReader::new(file),
-        _ => {
-            problems.add("", "no such file", "the folder of a run's results");
-            return Err(problems);
-        }
-    };
-    let mut npz = match file {
-        Ok(npz) => npz,
-        Err(error) => {
-            problems.add("", error, "what `tumblenet run` wrote");
-            return Err(problems);
-        }
-    };
-    let time = array::<f64, ndarray::Ix1>(&mut npz, "t", &mut problems);
-    let knots = array::<f64, ndarray::Ix3>(&mut npz, "knots", &mut problems);
-    let velocities = array::<f64, ndarray::Ix3>(&mut npz, "velocities", &mut problems);
-    let grid = array::<i64, ndarray::Ix1>(&mut npz, "grid", &mut problems);
-    let all = (|| Some((time?, knots?, velocities?, grid?)))();
-    let paths = all.and_then(|(time, knots, velocities, grid)| {
-        check(&time, &knots, &velocities, &grid, &mut problems);
-        problems.list.is_empty().then(|| KnotPaths {
-            names: KnotNames { grid: [grid[0] as usize, grid[1] as usize], n_knots: knots.shape()[1] },
-            time: time.to_vec(),
-            position: vectors(&knots),
-            velocity: vectors(&velocities),
-        })
-    });
+    let mut npz = open(&path, "", &mut problems);
+    let paths = npz.as_mut().and_then(|npz| knot_paths(npz, &mut problems));
     problems.into_result(paths)
+}
+
+fn open(path: &Path, place: &str, problems: &mut Problems) -> Option<NpzReader<File>> {
+    match File::open(path) {
+        Ok(file) if file.metadata().is_ok_and(|told| told.is_file()) => {
+            let npz = NpzReader::new(file);
+            npz.map_err(|error| problems.add(place, error, "what `tumblenet run` wrote")).ok()
+        }
+        _ => {
+            problems.add(place, "no such file", "the folder of a run's results");
+            None
+        }
+    }
+}
+
+fn knot_paths(npz: &mut NpzReader<File>, problems: &mut Problems) -> Option<KnotPaths> {
+    let time = array::<f64, Ix1>(npz, "t", problems);
+    let knots = array::<f64, Ix3>(npz, "knots", problems);
+    let velocities = array::<f64, Ix3>(npz, "velocities", problems);
+    let grid = array::<i64, Ix1>(npz, "grid", problems);
+    let (time, knots, velocities, grid) = (time?, knots?, velocities?, grid?);
+    check(&time, &knots, &velocities, &grid, problems);
+    problems.list.is_empty().then(|| KnotPaths {
+        names: KnotNames { grid: [grid[0] as usize, grid[1] as usize], n_knots: knots.shape()[1] },
+        time: time.to_vec(),
+        position: vectors(&knots),
+        velocity: vectors(&velocities),
+    })
+}
+
+type Arrays = (KnotPaths, Array3<f64>, Array2<f64>, RecordedNet, Option<RecordedTarget>);
+
+/// All of `trajectory.npz` that says what a run looked like.
+fn arrays(npz: &mut NpzReader<File>, problems: &mut Problems) -> Option<Arrays> {
+    let paths = knot_paths(npz, problems)?;
+    let n_frames = paths.time.len();
+    let impulses = array::<f64, Ix3>(npz, "contact_impulses", problems)?;
+    let tensions = array::<f64, Ix2>(npz, "tensions", problems)?;
+    let net = net(npz, paths.names.n_knots, problems)?;
+    let [n_knots, n_cables] = [paths.names.n_knots, net.cables.len()];
+    for (name, found, wanted) in [
+        ("contact_impulses", impulses.shape(), &[n_frames, n_knots, 3][..]),
+        ("tensions", tensions.shape(), &[n_frames, n_cables][..]),
+    ] {
+        if found != wanted {
+            problems.add(name, format!("{found:?}"), format!("{wanted:?}"));
+        }
+    }
+    let has_target = npz.names().is_ok_and(|names| names.iter().any(|name| name == "target_position"));
+    let target = if has_target { Some(target(npz, n_frames, problems)?) } else { None };
+    problems.list.is_empty().then_some((paths, impulses, tensions, net, target))
+}
+
+fn net(npz: &mut NpzReader<File>, n_knots: usize, problems: &mut Problems) -> Option<RecordedNet> {
+    let cables = array::<i64, Ix2>(npz, "cables", problems)?;
+    let mut numbers = |name: &str| array::<f64, Ix1>(npz, name, problems).map(|array| array.to_vec());
+    let (rest_lengths, breaking_tensions) = (numbers("rest_lengths")?, numbers("breaking_tensions")?);
+    let masses = numbers("masses")?;
+    let bullets = array::<i64, Ix1>(npz, "bullets", problems)?;
+    let edge = array::<i64, Ix1>(npz, "edge", problems)?;
+    let has_threads = npz.names().is_ok_and(|names| names.iter().any(|name| name == "thread_way"));
+    let way = if has_threads { Some(array::<i64, Ix2>(npz, "thread_way", problems)?) } else { None };
+    let knot = |index: &i64| usize::try_from(*index).ok().filter(|index| *index < n_knots);
+    let cables = match cables.shape() {
+        [_, 2] => cables.outer_iter().map(|ends| Some([knot(&ends[0])?, knot(&ends[1])?])).collect(),
+        _ => None,
+    };
+    let knots = |list: &Array1<i64>| list.iter().map(knot).collect::<Option<Vec<usize>>>();
+    let net = (|| {
+        let cables: Vec<[usize; 2]> = cables?;
+        let fit = rest_lengths.len() == cables.len()
+            && breaking_tensions.len() == cables.len()
+            && masses.len() == n_knots;
+        fit.then_some(())?;
+        Some(RecordedNet {
+            cables,
+            rest_lengths,
+            breaking_tensions,
+            masses,
+            bullets: knots(&bullets)?,
+            edge: knots(&edge)?,
+            threads: way.map_or_else(Vec::new, |way| ways(&way, n_knots)),
+        })
+    })();
+    if net.is_none() {
+        problems.add(
+            "cables",
+            "arrays that do not go together",
+            format!("those of a net of {n_knots} knots"),
+        );
+    }
+    net
+}
+
+/// The knots that each thread passes, from rows of thread and knot.
+fn ways(rows: &Array2<i64>, n_knots: usize) -> Vec<Vec<Option<usize>>> {
+    let mut ways: Vec<Vec<Option<usize>>> = Vec::new();
+    let mut last = None;
+    for row in rows.outer_iter().filter(|row| row.len() == 2) {
+        if last != Some(row[0]) {
+            ways.push(Vec::new());
+            last = Some(row[0]);
+        }
+        let knot = usize::try_from(row[1]).ok().filter(|knot| *knot < n_knots);
+        ways.last_mut().into_iter().for_each(|way| way.push(knot));
+    }
+    ways
+}
+
+fn target(npz: &mut NpzReader<File>, n_frames: usize, problems: &mut Problems) -> Option<RecordedTarget> {
+    let mut table = |name: &str, width: usize, height: Option<usize>| {
+        let table = array::<f64, Ix2>(npz, name, problems)?;
+        let fits = table.ncols() == width
+            && height.is_none_or(|height| table.nrows() == height)
+            && table.iter().all(|number| number.is_finite());
+        if !fits {
+            problems.add(name, format!("{:?}", table.shape()), format!("rows of {width} finite numbers"));
+        }
+        fits.then_some(table)
+    };
+    let position = table("target_position", 3, Some(n_frames))?;
+    let attitude = table("target_attitude", 4, Some(n_frames))?;
+    let points = table("target_points", 3, None)?;
+    let triangles = array::<i64, Ix2>(npz, "target_triangles", problems)?;
+    let corner = |index: i64| usize::try_from(index).ok().filter(|index| *index < points.nrows());
+    let triangles: Option<Vec<[usize; 3]>> = match triangles.ncols() {
+        3 => triangles.outer_iter().map(|t| Some([corner(t[0])?, corner(t[1])?, corner(t[2])?])).collect(),
+        _ => None,
+    };
+    let Some(triangles) = triangles else {
+        problems.add("target_triangles", "corners that are no points", "three points of target_points each");
+        return None;
+    };
+    let rows = |table: &Array2<f64>| {
+        table.outer_iter().map(|row| Vector3::new(row[0], row[1], row[2])).collect::<Vec<_>>()
+    };
+    let turn = |q: ndarray::ArrayView1<f64>| {
+        UnitQuaternion::try_new(Quaternion::new(q[0], q[1], q[2], q[3]), 0.5).unwrap_or_default()
+    };
+    Some(RecordedTarget {
+        position: rows(&position),
+        attitude: attitude.outer_iter().map(turn).collect(),
+        points: rows(&points),
+        triangles,
+    })
 }
 
 /// The array called `name`.

@@ -3,7 +3,8 @@
 //! The page (in `replay/`: its frame, its look, and its script in the order of `SCRIPTS`) draws with the
 //! browser's own WebGL, or with a plain canvas where there is none, and loads nothing from anywhere. Here the run
 //! is put into it. The address may say where to start: `#t=1.5&view=side&paused&speed=0.5&show=bullet-paths,-grid`; views are `overview`, `side`, `front`,
-//! `top`, `net` and `target`.
+//! `top`, `net` and `target`. Further runs are shown in step with the first, as ghosts within it or beside it
+//! ([`together`]).
 //!
 //! **Positions travel as base64 of little-endian f32.** Quantising to 16 bits would halve the page, but a
 //! scene of 30 m then resolves 0.5 mm, and the page decides from a cable's length whether it is slack or
@@ -17,6 +18,7 @@ use std::borrow::Cow;
 use data_encoding::BASE64;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
+use serde_json::Value;
 
 use super::template::fill;
 
@@ -56,6 +58,8 @@ pub struct Replay<'a> {
     pub curves: Vec<Curve<'a>>,
     /// Threads and winches, if there are any.
     pub closing: Option<ReplayClosing>,
+    /// What cables and knots bore, if that was recorded.
+    pub loads: Option<ReplayLoads<'a>>,
     /// Moments worth jumping to: time [s] and a word, such as "first contact".
     pub marks: Vec<(f64, String)>,
 }
@@ -140,6 +144,62 @@ impl ReplayThread {
     }
 }
 
+/// What cables bore, and how hard contacts were.
+pub struct ReplayLoads<'a> {
+    /// Largest tension of each cable since the frame before [N]: frame, then cable.
+    pub tensions: &'a [Vec<f64>],
+    /// Breaking tension of each cable [N].
+    pub breaking: &'a [f64],
+    /// Contact impulse on each knot since the frame before [N s]: frame, then knot.
+    pub impulses: &'a [Vec<Vector3<f64>>],
+}
+
+/// Factors of ten between what breaks a cable (the largest impulse of a contact) and the least that is told from nothing.
+const DECADES: f64 = 5.0;
+
+/// `share` of the largest in a byte: 0 is nothing, 255 the largest, and equal steps are equal ratios.
+fn level(share: f64) -> u8 {
+    // A share that is none is nothing.
+    if share.is_nan() || share <= 0.0 {
+        return 0;
+    }
+    (255.0 * (1.0 + share.log10() / DECADES)).round().clamp(1.0, 255.0) as u8
+}
+
+impl ReplayLoads<'_> {
+    /// For the page, with the frames `kept` alone: the largest since the frame kept before.
+    fn thinned(&self, kept: &[usize]) -> PageLoads {
+        let since = |i: usize| if i == 0 { kept[0] } else { kept[i - 1] + 1 };
+        let size = |impulse: &Vector3<f64>| if impulse.norm().is_finite() { impulse.norm() } else { 0.0 };
+        let largest = self.impulses.iter().flatten().map(size).fold(0.0, f64::max);
+        let (mut tensions, mut hits) = (Vec::new(), Vec::new());
+        for (i, &frame) in kept.iter().enumerate() {
+            let frames = since(i)..=frame;
+            tensions.extend(self.breaking.iter().enumerate().map(|(cable, breaking)| {
+                level(
+                    self.tensions[frames.clone()].iter().map(|all| all[cable]).fold(0.0, f64::max) / breaking,
+                )
+            }));
+            hits.extend((0..self.impulses[frame].len()).map(|knot| {
+                level(
+                    self.impulses[frames.clone()].iter().map(|all| size(&all[knot])).fold(0.0, f64::max)
+                        / largest,
+                )
+            }));
+        }
+        let ends = self.breaking.iter().fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], breaking| {
+            [low.min(*breaking), high.max(*breaking)]
+        });
+        PageLoads {
+            tensions: BASE64.encode(&tensions),
+            breaking_n: ends,
+            hits: BASE64.encode(&hits),
+            largest_n_s: largest,
+            decades: DECADES,
+        }
+    }
+}
+
 /// A number that changes with time.
 pub struct Curve<'a> {
     /// Its name, such as "mouth".
@@ -172,7 +232,19 @@ struct Page<'a> {
     chaser: Option<String>,
     curves: Vec<PageCurve<'a>>,
     closing: Option<ReplayClosing>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    loads: Option<PageLoads>,
     marks: &'a [(f64, String)],
+}
+
+/// Levels of cables and knots as base64: frame, then cable or knot.
+#[derive(Serialize)]
+struct PageLoads {
+    tensions: String,
+    breaking_n: [f64; 2],
+    hits: String,
+    largest_n_s: f64,
+    decades: f64,
 }
 
 #[derive(Serialize)]
@@ -195,9 +267,11 @@ const TEMPLATE: &str = include_str!("replay/page.html");
 const STYLE: &str = include_str!("replay/page.css");
 
 /// The page's script, one subject a file. They share one scope: what stands in a file is known to those after it.
-const SCRIPTS: [&str; 13] = [
+const SCRIPTS: [&str; 16] = [
     include_str!("replay/run.js"),
     include_str!("replay/maths.js"),
+    include_str!("replay/ghosts.js"),
+    include_str!("replay/loads.js"),
     include_str!("replay/camera.js"),
     include_str!("replay/compose.js"),
     include_str!("replay/webgl.js"),
@@ -208,16 +282,64 @@ const SCRIPTS: [&str; 13] = [
     include_str!("replay/strip.js"),
     include_str!("replay/play.js"),
     include_str!("replay/controls.js"),
+    include_str!("replay/save.js"),
     include_str!("replay/start.js"),
 ];
 
 /// The page as text.
 pub fn html(replay: &Replay) -> String {
     let data = serde_json::to_string(&Page::of(replay)).expect("plain numbers and text always serialise");
+    page(replay.title, &data)
+}
+
+/// Where the data stand in a page.
+const DATA: [&str; 2] = ["<script type=\"application/json\" id=\"data\">", "</script>"];
+
+/// The data in the text of a page; none where it is no page of ours.
+pub fn data(page: &str) -> Option<Value> {
+    let (_, rest) = page.split_once(DATA[0])?;
+    let (json, _) = rest.split_once(DATA[1])?;
+    let data: Value = serde_json::from_str(json).ok()?;
+    let has = |key: &str, is: fn(&Value) -> bool| data.get(key).is_some_and(is);
+    let is_ours = has("times", Value::is_array)
+        && has("knots", Value::is_string)
+        && has("cables", Value::is_array)
+        && has("curves", Value::is_array);
+    is_ours.then_some(data)
+}
+
+/// The page of several runs, each with its name and the data of its own page: the first as in its own, the others in step
+/// with it.
+pub fn together(runs: Vec<(String, Value)>) -> String {
+    let mut runs = runs.into_iter().map(|(label, mut data)| {
+        data["label"] = label.into();
+        data
+    });
+    let Some(mut first) = runs.next() else { return String::new() };
+    // What a ghost shows no more than its first shows, it need not carry.
+    let others: Vec<Value> = runs
+        .map(|mut other| {
+            for unused in ["loads", "closing", "warnings", "rest_lengths", "perimeter", "marks", "source"] {
+                other.as_object_mut().map(|map| map.remove(unused));
+            }
+            other
+        })
+        .collect();
+    let names = std::iter::once(&first).chain(&others).filter_map(|data| data["label"].as_str());
+    let title = names.collect::<Vec<_>>().join(", ");
+    if !others.is_empty() {
+        first["others"] = others.into();
+        first["title"] = title.clone().into();
+    }
+    page(first["title"].as_str().unwrap_or(&title), &first.to_string())
+}
+
+/// The page with `data`, which is JSON.
+fn page(title: &str, data: &str) -> String {
     let parts = [
-        ("title", text_safe(replay.title)),
+        ("title", text_safe(title)),
         ("style", STYLE.to_owned()),
-        ("data", script_safe(&data)),
+        ("data", script_safe(data)),
         ("script", SCRIPTS.join("\n")),
     ];
     fill(TEMPLATE, &parts.each_ref().map(|(name, text)| (*name, text.as_str())))
@@ -279,6 +401,7 @@ impl<'a> Page<'a> {
                 threads: closing.threads.iter().map(|thread| thread.thinned(&kept)).collect(),
                 ..closing.clone()
             }),
+            loads: replay.loads.as_ref().filter(|_| !kept.is_empty()).map(|loads| loads.thinned(&kept)),
             marks: &replay.marks,
         }
     }
@@ -463,6 +586,7 @@ mod tests {
                     vec![(0.7, "largest area".into())]
                 },
                 closing: parts.is_some().then(|| self.closing()),
+                loads: None,
                 curves: self
                     .curves
                     .iter()
@@ -583,6 +707,36 @@ mod tests {
         let thinned = thread.thinned(&[0, 3, 5]);
         assert_eq!(thinned.tension_n, [0.0, 5.0, 3.0]);
         assert_eq!(thinned.length_m, [0.0, 0.0, 3.0]);
+    }
+
+    #[test]
+    fn loads_are_told_by_their_ratio_and_thinning_keeps_the_largest() {
+        assert_eq!([0.0, f64::NAN, 1e-9, 1.0, 2.0].map(level), [0, 0, 1, 255, 255]);
+        assert!((f64::from(level(0.1)) - 255.0 * 0.8).abs() <= 0.5);
+        let tensions = vec![vec![0.0], vec![100.0], vec![1.0]];
+        let impulses = vec![vec![Vector3::zeros()], vec![Vector3::x()], vec![Vector3::zeros()]];
+        let loads = ReplayLoads { tensions: &tensions, breaking: &[100.0], impulses: &impulses };
+        let kept = loads.thinned(&[0, 2]);
+        assert_eq!(BASE64.decode(kept.tensions.as_bytes()).unwrap(), [0, 255]);
+        assert_eq!(BASE64.decode(kept.hits.as_bytes()).unwrap(), [0, 255]);
+        assert_eq!((kept.breaking_n, kept.largest_n_s), ([100.0, 100.0], 1.0));
+    }
+
+    #[test]
+    fn several_runs_are_one_page_and_what_is_no_page_is_told() {
+        let demo = Demo::new(3, 4);
+        let pages = ["</script>a", "b"].map(|title| html(&demo.replay(title, Some(cubesat()))));
+        let runs = pages.iter().zip(["1.0", "{{data}}"]);
+        let runs = runs.map(|(page, label)| (label.to_owned(), data(page).unwrap())).collect();
+        let page = together(runs);
+        let both = data_of(&page);
+        assert_eq!((&both["title"], &both["label"]), (&"1.0, {{data}}".into(), &"1.0".into()));
+        assert_eq!(both["others"][0]["label"], "{{data}}");
+        assert_eq!(both["others"][0]["knots"], both["knots"]);
+        assert!(both["others"][0].get("closing").is_none() && both.get("closing").is_some());
+        let alone = together(vec![("1.0".to_owned(), data(&pages[0]).unwrap())]);
+        assert_eq!(data_of(&alone)["title"], "</script>a");
+        assert!(data("<html></html>").is_none() && data(&pages[0].replace("\"knots\"", "\"no\"")).is_none());
     }
 
     #[test]

@@ -16,6 +16,7 @@ use crate::interaction::DrawnThread;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
 use crate::metrics::verdict::{self, Capture, Verdict};
+use crate::net::Net;
 use crate::run::Run;
 use crate::state::{Body, FreeBody};
 use crate::target::parts::ConvexPart;
@@ -173,7 +174,11 @@ fn series(file: impl Write, run: &Run, curves: &Curves) -> Result<(), csv::Error
 /// What `units` says of each array, as JSON.
 const UNITS: &str = r#"{"t": "s", "knots": "m", "velocities": "m/s", "tensions": "N, largest since the frame before",
 "contact_impulses": "N s, on each knot since the frame before", "cables": "the two knots of each",
+"rest_lengths": "m", "breaking_tensions": "N, of each cable", "masses": "kg, of each knot",
+"bullets": "the four knots that are bullets", "edge": "knots round the mouth, in order",
 "grid": "knots along Y and along Z, numbered row by row, those in the middle of cables after them",
+"target_points": "m, body frame", "target_triangles": "three points each, outside of one convex part",
+"target_parts": "the part of each triangle", "thread_way": "thread and the knot it passes, in order; -1: outside the net",
 "target_position": "m", "target_attitude": "w, x, y, z: local frame from body frame", "target_velocity": "m/s",
 "target_rate": "rad/s, local frame", "chaser_position": "m", "chaser_attitude": "as the target's",
 "chaser_velocity": "m/s", "chaser_rate": "rad/s, local frame",
@@ -181,7 +186,9 @@ const UNITS: &str = r#"{"t": "s", "knots": "m", "velocities": "m/s", "tensions":
 
 /// `t` [T], `knots`, `velocities` and `contact_impulses` [T, K, 3], `tensions` [T, C], `cables` [C, 2], `grid` [2]; of a target
 /// and of a free chaser `_position`, `_velocity` and `_rate` [T, 3] and `_attitude` [T, 4]; of threads
-/// `threads` [T, N]. `units` and `thread_names` are text, a byte an entry.
+/// `threads` [T, N] and `thread_way` [W, 2]. What does not change: `rest_lengths` and `breaking_tensions` [C],
+/// `masses` [K], `bullets` [4], `edge` [E], and the target's hulls as `target_points` [P, 3], `target_triangles` [H, 3] and
+/// `target_parts` [H]. `units` and `thread_names` are text, a byte an entry.
 fn trajectory(
     file: impl Write + std::io::Seek,
     case: &Case,
@@ -211,20 +218,65 @@ fn trajectory(
         let attitude = Array2::from_shape_fn((n_frames, 4), |(frame, part)| bodies[frame].quaternion()[part]);
         npz.add_array(format!("{name}_attitude"), &attitude)?;
     }
-    let cables = &case.net().cables;
-    let ends = Array2::from_shape_fn((cables.len(), 2), |(cable, end)| {
-        [cables[cable].a as i64, cables[cable].b as i64][end]
-    });
-    npz.add_array("cables", &ends)?;
-    npz.add_array("grid", &Array1::from(case.net().grid.map(|knots| knots as i64).to_vec()))?;
+    net_as_built(&mut npz, case.net())?;
+    if let Some(target) = case.target() {
+        hulls(&mut npz, &target.parts)?;
+    }
     let text = |text: &str| Array1::from(text.as_bytes().to_vec());
     if !run.reading_names.is_empty() {
         npz.add_array("threads", &of_numbers(&frames.readings))?;
         npz.add_array("thread_names", &text(&run.reading_names.join(",")))?;
     }
+    if let Some(report) = run.closing() {
+        let knot = |knot: &Option<usize>| knot.map_or(-1, |knot| knot as i64);
+        let ways = report.threads.iter().enumerate();
+        let ways =
+            ways.flat_map(|(number, thread)| thread.way.iter().map(move |at| [number as i64, knot(at)]));
+        npz.add_array("thread_way", &rows(&ways.collect::<Vec<_>>()))?;
+    }
     npz.add_array("units", &text(UNITS))?;
     npz.finish()?;
     Ok(())
+}
+
+/// What a net is made of.
+fn net_as_built<W: Write + std::io::Seek>(
+    npz: &mut NpzWriter<W>,
+    net: &Net,
+) -> Result<(), ndarray_npy::WriteNpzError> {
+    let indices = |indices: &[usize]| Array1::from_iter(indices.iter().map(|&index| index as i64));
+    let ends: Vec<[i64; 2]> = net.cables.iter().map(|cable| [cable.a as i64, cable.b as i64]).collect();
+    npz.add_array("cables", &rows(&ends))?;
+    npz.add_array("rest_lengths", &Array1::from_iter(net.cables.iter().map(|cable| cable.rest_length)))?;
+    let breaking = net.cables.iter().map(|cable| cable.breaking_tension);
+    npz.add_array("breaking_tensions", &Array1::from_iter(breaking))?;
+    npz.add_array("masses", &Array1::from(net.mass.clone()))?;
+    npz.add_array("bullets", &indices(&net.bullets))?;
+    npz.add_array("edge", &indices(&net.perimeter))?;
+    npz.add_array("grid", &indices(&net.grid))
+}
+
+/// The outsides of a target's parts.
+fn hulls<W: Write + std::io::Seek>(
+    npz: &mut NpzWriter<W>,
+    parts: &[ConvexPart],
+) -> Result<(), ndarray_npy::WriteNpzError> {
+    let (mut points, mut triangles, mut of_part) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, hull) in parts.iter().enumerate().filter_map(|(number, part)| Some((number, part.hull()?))) {
+        let first = points.len() as i64;
+        points.extend(hull.vertices.iter().map(|point| [point.x, point.y, point.z]));
+        triangles
+            .extend(hull.triangles.iter().map(|corners| corners.map(|corner| first + i64::from(corner))));
+        of_part.extend(hull.triangles.iter().map(|_| number as i64));
+    }
+    npz.add_array("target_points", &rows(&points))?;
+    npz.add_array("target_triangles", &rows(&triangles))?;
+    npz.add_array("target_parts", &Array1::from(of_part))
+}
+
+/// A row each.
+fn rows<T: Copy, const N: usize>(rows: &[[T; N]]) -> Array2<T> {
+    Array2::from_shape_fn((rows.len(), N), |(row, column)| rows[row][column])
 }
 
 /// Vectors of every knot in every frame.
@@ -247,6 +299,7 @@ pub fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> Strin
     let positions: Vec<Vector3<f64>> = frames.target.iter().map(|body| body.position).collect();
     let attitudes: Vec<_> = frames.target.iter().map(|body| body.attitude).collect();
     let closing = closing(run);
+    let breaking: Vec<f64> = case.net().cables.iter().map(|cable| cable.breaking_tension).collect();
     let mut shown = shown_curves(case, run, curves);
     if let Some(closing) = &closing {
         shown.push(curve("pull of the threads", "", pull(closing, frames.time.len()), true));
@@ -280,6 +333,11 @@ pub fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> Strin
         chaser: run.chaser.map(|chaser| frames.chaser.iter().map(|body| block(&chaser, body)).collect()),
         curves: shown,
         closing,
+        loads: Some(replay::ReplayLoads {
+            tensions: &frames.tensions,
+            breaking: &breaking,
+            impulses: &frames.contact_impulses,
+        }),
         marks: first_contact
             .into_iter()
             .chain(starts)
@@ -317,6 +375,8 @@ fn shown_curves<'a>(case: &Case, run: &'a Run, curves: &'a Curves) -> Vec<replay
         ]);
     }
     shown.push(curve("largest tension", "N", &frames.tension, false));
+    let energies: Vec<f64> = frames.ledger.iter().map(Ledger::mechanical).collect();
+    shown.push(curve("mechanical energy", "J", energies, false));
     shown
 }
 

@@ -119,7 +119,8 @@ function advanceGlide(seconds) {
 
 // Everything a drawing needs: clip = matrix * point, as the GPU wants it (column by column).
 function lens() {
-  const { right, up, back } = basis(camera.yaw, camera.pitch), at = focus(), d = camera.distance;
+  const { right, up, back } = basis(camera.yaw, camera.pitch), spread = shown("beside") ? besideStep() * ghosts.length : 0;
+  const at = along(focus(), right, spread / 2), d = camera.distance + spread / 2 / (TAN * free.w / free.h);
   const eye = along(at, back, d), fx = free.h / height / TAN * height / width, fy = free.h / height / TAN;
   const sx = (free.x + free.w / 2) / width * 2 - 1, sy = 1 - (free.y + free.h / 2) / height * 2;
   const near = Math.max(d * 0.01, 1e-4), far = d + 6 * extent + 10 * netSize;

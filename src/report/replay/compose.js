@@ -2,6 +2,9 @@
 
 const shows = [
   { id: "threads", label: "Threads", on: true, needs: closing, title: "closing threads, coloured by tension" },
+  { id: "tension", label: "Tension", on: true, needs: run.loads, title: "cables coloured by tension; else by their length, slack or taut" },
+  { id: "hits", label: "Contacts", on: true, needs: run.loads && run.loads.largest_n_s > 0, title: "contacts, larger for a larger impulse" },
+  { id: "beside", label: "Side by side", on: false, needs: (run.others || []).length, title: "the runs beside each other; else one in the other" },
   { id: "target-path", label: "Target path", on: false, needs: target },
   { id: "bullet-paths", label: "Bullet paths", on: false, needs: true },
   { id: "body-axes", label: "Body axes", on: false, needs: target },
@@ -13,7 +16,7 @@ const shown = id => { const s = shows.find(s => s.id === id); return s ? s.on : 
 const palette = {};
 function readPalette() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["bg", "bg2", "text", "muted", "line", "slack", "taut", "thread", "pulled", "bullet", "body", "edge", "grid", "axis-x", "axis-y", "axis-z",
+  for (const name of ["bg", "bg2", "text", "muted", "line", "slack", "taut", "thread", "pulled", "bullet", "body", "edge", "grid", "break", "hit", "axis-x", "axis-y", "axis-z",
     "c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7", "c8", "good", "bad", "accent"]) {
     const hex = style.getPropertyValue("--" + name).trim();
     palette[name] = [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16) / 255);
@@ -73,11 +76,14 @@ function compose(L) {
     const share = Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / run.rest_lengths[c];
     if (share >= TAUT) now.nTaut++;
     const u = clamp((share - SLACK) / (TAUT - SLACK), 0, 1), s = palette.slack, t = palette.taut;
-    line(a, b, [s[0] + (t[0] - s[0]) * u, s[1] + (t[1] - s[1]) * u, s[2] + (t[2] - s[2]) * u], 1, onEdge[i] && onEdge[j] ? 2.3 : 1.5, pull, 1);
+    const colour = shown("tension") ? tensionColour(c) : s.map((x, k) => x + (t[k] - x) * u);
+    line(a, b, colour, 1, onEdge[i] && onEdge[j] ? 2.3 : 1.5, pull, 1);
   }
+  composeGhosts(L, pull);
   if (shown("threads")) composeThreads(here, 1.4 * pull);
   for (let k = 0; k < nKnots; k++)
     if (!isBullet[k]) ball(here(k), palette.slack, 0.018 * meshLength, 1.3, 1.1 * pull);
+  if (shown("hits")) composeHits(here, pull);
   for (const k of run.bullets) if (k < nKnots) ball(here(k), palette.bullet, netSize * 0.022, 4, 1.5 * pull);
 }
 

@@ -17,11 +17,13 @@ function showVerdict() { // what was known at the moment shown, not what became 
   $("verdict").className = known.held === null ? "open" : known.held ? "good" : "bad";
 }
 
+// Those along the slider stand in one picture: no two of them in one colour.
+const inColours = [...run.curves.keys()].sort((a, b) => run.curves[b].along_slider - run.curves[a].along_slider);
 const curves = run.curves.map((curve, index) => {
   const finite = curve.values.filter(Number.isFinite);
   const min = Math.min(0, ...finite), max = Math.max(curve.unit ? 0 : 1, ...finite);
   const largest = Math.max(...finite.map(Math.abs), 1e-12);
-  const colour = "c" + index % 9;
+  const colour = "c" + inColours.indexOf(index) % 9;
   const y = value => 1 - (value - min) / (max - min || 1); // 0 at the top
   return { ...curve, y, colour, digits: clamp(2 - Math.floor(Math.log10(curve.unit ? largest : 1)), 0, 4) };
 });
@@ -33,6 +35,13 @@ for (const curve of curves) {
   const path = row.querySelector("path");
   path.setAttribute("d", trace(curve, t => (t - tStart) / (duration || 1) * 100, y => 1 + 18 * y));
   path.style.stroke = `var(--${curve.colour})`;
+  for (const ghost of ghosts) { // the same curve of the other runs, on the same scale
+    const other = ghost.curves.find(c => c.name === curve.name && c.unit === curve.unit), drawn = path.cloneNode();
+    if (!other) continue;
+    drawn.setAttribute("d", trace({ ...other, y: curve.y }, t => (t - tStart) / (duration || 1) * 100, y => 1 + 18 * clamp(y, -0.1, 1.1), ghost.times));
+    drawn.style.stroke = `var(--${ghost.colour})`; drawn.setAttribute("class", "ghost");
+    path.after(drawn);
+  }
   curve.value = row.children[1]; curve.cursor = row.querySelector("line");
   $("numbers").append(row);
 }
@@ -41,7 +50,7 @@ tautRow.className = "row";
 tautRow.innerHTML = `<span class="name">taut cables</span><span class="value"></span><div class="share"><div></div></div>`;
 $("numbers").append(tautRow);
 
-function trace(curve, x, y) { // an SVG path with gaps where there is no value
+function trace(curve, x, y, times = run.times) { // an SVG path with gaps where there is no value
   let text = "", down = false;
   curve.values.forEach((value, k) => {
     if (!Number.isFinite(value)) { down = false; return; }
@@ -53,7 +62,7 @@ function trace(curve, x, y) { // an SVG path with gaps where there is no value
 
 {
   const entry = (k, text, kind = "") => `<i class="${kind}" style="--k:var(--${k})"></i><span>${text}</span>`;
-  $("legend").innerHTML = entry("slack", "slack cable") + entry("taut", "taut cable: 99.5 % of rest length or more") + entry("bullet", "bullet", "dot") +
+  $("legend").innerHTML = (loads ? loadsLegend() : entry("slack", "slack cable") + entry("taut", "taut cable: 99.5 % of rest length or more")) + entry("bullet", "bullet", "dot") +
     (closing ? entry("thread", "closing thread, slack") + entry("pulled", `the same at ${tidy(closing.limit_n)} N, its limit`) : "") +
     entry("grid", `grid ${tidy(gridStep)} m`, "grid");
   const ordinal = n => n + (n % 100 > 10 && n % 100 < 14 ? "th" : ["th", "st", "nd", "rd"][n % 10] || "th");
@@ -79,6 +88,7 @@ function showNumbers() {
   tautRow.children[1].textContent = taut;
   tautRow.querySelector(".share div").style.width = taut.replace(" ", "");
   showThreads();
+  showGhosts();
   const slider = $("time");
   slider.value = now.t;
   slider.setAttribute("aria-valuetext", now.t.toFixed(timeDigits) + " seconds");

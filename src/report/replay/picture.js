@@ -23,7 +23,9 @@ function draw() {
     // beside its point, on the side away from `from`
     const half = pen.measureText(label.text).width / 2, dx = p[0] - from[0], dy = p[1] - from[1], far = Math.hypot(dx, dy);
     if (far < 6) continue; // its axis is seen end on
-    const x = p[0] + dx / far * (half + 7), y = p[1] + dy / far * 12;
+    const within = (x, from, wide) => clamp(x, from + half + 4, Math.max(from + wide - half - 4, from + half + 4));
+    const x = within(p[0] + dx / far * (half + 7), free.x, free.w), y = clamp(p[1] + dy / far * 12, free.y + 10, free.y + free.h - 10);
+    if (Math.abs(x - p[0]) > 2 * half + 60 || Math.abs(y - p[1]) > 60) continue; // its point is out of sight
     if (taken.some(t => Math.abs(t[0] - x) < t[2] + half + 2 && Math.abs(t[1] - y) < 12)) continue;
     taken.push([x, y, half]);
     pen.globalAlpha = 0.8; pen.strokeText(label.text, x, y); pen.globalAlpha = 1;

@@ -32,6 +32,6 @@ function tick(ms) {
     dirty = true;
   }
   advanceGlide(seconds);
-  if (dirty) { dirty = false; draw(); }
+  if (dirty) { dirty = false; draw(); filmFrame(); }
   requestAnimationFrame(tick);
 }

@@ -72,10 +72,11 @@ const targetRadius = target ? Math.max(...target.parts.map(p => p.radius)) : 0;
 const now = { t: tStart, frame: 0, knots: new Float32Array(3 * nKnots), position: [0, 0, 0], turn: [1, 0, 0, 0, 1, 0, 0, 0, 1],
   netCentre: [0, 0, 0], netRadius: 1, nTaut: 0 };
 
-function frameAt(t) { // index of the last frame not after t, and the fraction of the way to the next
-  let lo = 0, hi = nFrames - 1;
+function frameAt(t, times = run.times) { // index of the last frame not after t, the next, and the fraction of the way to it
+  const n = times.length;
+  let lo = 0, hi = n - 1;
   while (lo < hi) { const mid = (lo + hi + 1) >> 1; if (times[mid] <= t) lo = mid; else hi = mid - 1; }
-  const next = Math.min(lo + 1, nFrames - 1);
+  const next = Math.min(lo + 1, n - 1);
   return [lo, next, next > lo ? clamp((t - times[lo]) / (times[next] - times[lo]), 0, 1) : 0];
 }
 

@@ -71,9 +71,9 @@ impl Uncertainty {
         self.covariance.as_ref().map(|all| all[(number, number)].sqrt())
     }
 
-    /// Correlations of the parameters.
+    /// Correlations of the parameters; none where nothing is left over, so that each is known exactly.
     pub fn correlations(&self) -> Option<Vec<Vec<f64>>> {
-        let all = self.covariance.as_ref()?;
+        let all = self.covariance.as_ref().filter(|all| all.diagonal().iter().all(|square| *square > 0.0))?;
         let of = |i: usize, j: usize| all[(i, j)] / (all[(i, i)] * all[(j, j)]).sqrt();
         Some((0..all.nrows()).map(|i| (0..all.ncols()).map(|j| of(i, j)).collect()).collect())
     }

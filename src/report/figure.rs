@@ -1,0 +1,265 @@
+//! Figures of a run, or of several in the same axes, for print: what may be asked for, and the files.
+//!
+//! [`curves`] says which curves a figure has and from where in the results they come, [`strip`] is a row of pictures of net
+//! and target, [`seen`] what of them a viewer sees, [`labels`] how runs are told apart. Widths are those of a column.
+
+pub mod curves;
+pub mod labels;
+pub mod seen;
+pub mod strip;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::files::{self, WriteError};
+use super::plots::{self, MOST_PENS};
+use super::recorded::RecordedRun;
+use crate::problems::{Problems, did_you_mean};
+use seen::View;
+
+/// What a figure shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FigureKind {
+    /// Pictures of net and target.
+    Strip,
+    /// Area of the bullets over time and distance (Fig. 3.4).
+    Deployment,
+    /// Linear and angular momentum (Fig. 4.18).
+    Momentum,
+    /// Energy, and where it went (Fig. 4.18).
+    Energy,
+    /// Spin, attitude and displacement of the target (Fig. 5.3, 5.5, 5.9).
+    Motion,
+    /// Contact impulses over time, and how many there are of each size (Fig. 5.8).
+    Impulses,
+    /// Mouth, enclosed share, closing threads.
+    Closing,
+    /// Largest tension, and its share of what breaks a cable.
+    Tension,
+}
+
+impl FigureKind {
+    /// All of them, in the order they are written.
+    pub const ALL: [FigureKind; 8] = [
+        FigureKind::Strip,
+        FigureKind::Deployment,
+        FigureKind::Momentum,
+        FigureKind::Energy,
+        FigureKind::Motion,
+        FigureKind::Impulses,
+        FigureKind::Closing,
+        FigureKind::Tension,
+    ];
+
+    /// How it is called, in `--of` and in its file's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            FigureKind::Strip => "strip",
+            FigureKind::Deployment => "deployment",
+            FigureKind::Momentum => "momentum",
+            FigureKind::Energy => "energy",
+            FigureKind::Motion => "motion",
+            FigureKind::Impulses => "impulses",
+            FigureKind::Closing => "closing",
+            FigureKind::Tension => "tension",
+        }
+    }
+
+    /// Whether it has nothing to show of a run without a target.
+    fn needs_target(self) -> bool {
+        matches!(self, FigureKind::Motion | FigureKind::Impulses | FigureKind::Closing)
+    }
+}
+
+/// Widths of a figure that are allowed [mm]: of a narrow column to a wide page.
+const WIDTHS: [f64; 2] = [60.0, 300.0];
+
+/// Width of a figure where nothing is said [mm]: of two columns.
+pub const WIDE: f64 = 170.0;
+
+/// Least width of a picture of a strip [mm].
+const LEAST_PICTURE: f64 = 10.0;
+
+/// What a user writes.
+#[derive(Clone, Debug, Default)]
+pub struct FigureWords {
+    /// Names of figures; none: all that the runs have data for.
+    pub of: Vec<String>,
+    /// Times of the strip [s]; none: moments of the run.
+    pub at: Vec<String>,
+    /// Views of the strip; none: from the side.
+    pub view: Vec<String>,
+    /// Width, as in `85mm`.
+    pub width: Option<String>,
+}
+
+/// What is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FigureRequest {
+    /// The figures; none: all that the runs have data for.
+    pub of: Option<Vec<FigureKind>>,
+    /// Times of the strip [s]; none: moments of the run.
+    pub at: Option<Vec<f64>>,
+    /// Views of the strip.
+    pub views: Vec<View>,
+    /// Width [mm].
+    pub width: f64,
+}
+
+/// A run with its name in the figures.
+pub struct ShownRun {
+    /// What tells it from the others; empty for one alone.
+    pub label: String,
+    /// The run.
+    pub run: RecordedRun,
+}
+
+impl FigureWords {
+    /// What is asked for; every fault goes to `problems`. None where there is one.
+    pub fn read(&self, problems: &mut Problems) -> Option<FigureRequest> {
+        let known = problems.list.len();
+        let of: Vec<FigureKind> = self.of.iter().filter_map(|word| kind(word, problems)).collect();
+        let at: Vec<f64> = self.at.iter().filter_map(|word| time(word, problems)).collect();
+        let mut views: Vec<View> = self.view.iter().filter_map(|word| view(word, problems)).collect();
+        if views.is_empty() {
+            views.extend(View::named("side"));
+        }
+        let width = self.width.as_ref().map_or(Some(WIDE), |word| width(word, problems))?;
+        let most = ((width + strip::GAP) / (LEAST_PICTURE + strip::GAP)) as usize;
+        if at.len() > most {
+            problems.add(
+                "--at",
+                format!("{} times", at.len()),
+                format!("at most {most} in a width of {width} mm"),
+            );
+        }
+        (problems.list.len() == known).then_some(FigureRequest {
+            of: (!of.is_empty()).then_some(of),
+            at: (!at.is_empty()).then_some(at),
+            views,
+            width,
+        })
+    }
+}
+
+fn kind(word: &str, problems: &mut Problems) -> Option<FigureKind> {
+    let names = || FigureKind::ALL.iter().map(|kind| kind.name());
+    let found = FigureKind::ALL.into_iter().find(|kind| kind.name() == word);
+    if found.is_none() {
+        let meant = did_you_mean(word, names());
+        problems.add("--of", word, format!("{meant}one of {}", names().collect::<Vec<_>>().join(", ")));
+    }
+    found
+}
+
+fn view(word: &str, problems: &mut Problems) -> Option<View> {
+    let found = View::named(word);
+    if found.is_none() {
+        let meant = did_you_mean(word, View::names());
+        problems.add(
+            "--view",
+            word,
+            format!("{meant}one of {}", View::names().collect::<Vec<_>>().join(", ")),
+        );
+    }
+    found
+}
+
+fn time(word: &str, problems: &mut Problems) -> Option<f64> {
+    let found = word.trim().parse::<f64>().ok().filter(|time| time.is_finite());
+    if found.is_none() {
+        problems.add("--at", word, "times in seconds, as in 0.5,1,2");
+    }
+    found
+}
+
+fn width(word: &str, problems: &mut Problems) -> Option<f64> {
+    let [least, most] = WIDTHS;
+    let number = word.trim().strip_suffix("mm").unwrap_or("").trim_end().parse::<f64>().ok();
+    let found = number.filter(|width| (least..=most).contains(width));
+    if found.is_none() {
+        problems.add("--width", word, format!("a width from {least}mm to {most}mm, as in 85mm"));
+    }
+    found
+}
+
+impl FigureRequest {
+    /// The runs with their names; faults of what is asked of them go to `problems`. None where there is one.
+    pub fn shown(
+        &self,
+        runs: Vec<(PathBuf, RecordedRun)>,
+        labels: &[String],
+        problems: &mut Problems,
+    ) -> Option<Vec<ShownRun>> {
+        let known = problems.list.len();
+        if runs.len() > MOST_PENS {
+            problems.add(
+                "RUN",
+                format!("{} runs", runs.len()),
+                format!("at most {MOST_PENS}: more lines look alike"),
+            );
+        }
+        if !labels.is_empty() && labels.len() != runs.len() {
+            problems.add(
+                "--label",
+                format!("{} labels", labels.len()),
+                format!("one for each of {} runs", runs.len()),
+            );
+        }
+        for (folder, run) in &runs {
+            self.check(&folder.display().to_string(), run, problems);
+        }
+        let labels = if labels.is_empty() {
+            labels::of(&runs.iter().map(|(folder, _)| folder.as_path()).collect::<Vec<_>>())
+        } else {
+            labels.to_vec()
+        };
+        let shown = runs.into_iter().zip(labels).map(|((_, run), label)| ShownRun { label, run });
+        (problems.list.len() == known).then(|| shown.collect())
+    }
+
+    fn check(&self, name: &str, run: &RecordedRun, problems: &mut Problems) {
+        for &time in self.at.iter().flatten() {
+            if !(run.paths.time[0]..=run.end()).contains(&time) {
+                let [start, end] = [run.paths.time[0], run.end()];
+                problems.add("--at", time, format!("a time of {name}: {start} to {end} s"));
+            }
+        }
+        for kind in self.of.iter().flatten() {
+            if kind.needs_target() && run.target.is_none() {
+                problems.add("--of", kind.name(), format!("figures that need no target: {name} has none"));
+            }
+        }
+    }
+
+    /// The figures that are drawn of `runs`.
+    fn kinds(&self, runs: &[ShownRun]) -> Vec<FigureKind> {
+        let has_target = runs.iter().any(|shown| shown.run.target.is_some());
+        let all = || FigureKind::ALL.into_iter().filter(|kind| has_target || !kind.needs_target());
+        self.of.clone().unwrap_or_else(|| all().collect())
+    }
+
+    /// Writes the figures of `runs` to the folder `out`; returns their places.
+    ///
+    /// # Errors
+    /// The first file that cannot be written.
+    pub fn write(&self, runs: &[ShownRun], out: &Path) -> Result<Vec<PathBuf>, WriteError> {
+        files::make_folder(out)?;
+        let mut files = files::Together::begin();
+        let mut places = Vec::new();
+        for kind in self.kinds(runs) {
+            let place = out.join(format!("figure-{}.svg", kind.name()));
+            let svg = match kind {
+                FigureKind::Strip => strip::svg(runs, self),
+                _ => {
+                    let panels = curves::panels(kind, runs);
+                    plots::printed(&panels, self.width).map_err(|error| WriteError::new(&place, error))?
+                }
+            };
+            files.write(&place, |file| file.write_all(svg.as_bytes()))?;
+            places.push(place);
+        }
+        files.appear()?;
+        Ok(places)
+    }
+}
