@@ -78,7 +78,12 @@ def test_arrays_are_those_of_the_trajectory(capture, tmp_path):
     }
     for name, array in own.items():
         np.testing.assert_array_equal(array, arrays[name], err_msg=name)
-    assert set(arrays) - set(own) == {"grid", "units", "thread_names"}
+    # What net and target are made of, for figures; and what the arrays are.
+    made_of = {"masses", "bullets", "edge", "rest_lengths", "breaking_tensions", "thread_way"}
+    target = {"target_points", "target_triangles", "target_parts"}
+    assert set(arrays) - set(own) == {"grid", "units", "thread_names"} | made_of | target
+    np.testing.assert_array_equal(arrays["rest_lengths"].shape, (cables,))
+    np.testing.assert_array_equal(arrays["masses"].shape, (knots,))
 
 
 def test_an_array_is_made_once_and_not_written_to(capture):
