@@ -35,10 +35,7 @@ impl Grid {
     /// With its title, as HTML.
     pub fn page(&self) -> String {
         let cells = |cells: &[String], tag: &str| -> String {
-            let cell = |text: &String| {
-                let text = page::escape(text).replace('_', "_<wbr>").replace('.', ".<wbr>");
-                format!("<{tag}>{text}</{tag}>")
-            };
+            let cell = |text: &String| format!("<{tag}>{}</{tag}>", breakable(&page::escape(text)));
             cells.iter().map(cell).collect()
         };
         let rows = self.rows.iter().fold(String::new(), |mut rows, row| {
@@ -46,5 +43,29 @@ impl Grid {
             rows
         });
         format!("<h2>{}</h2>\n{}", self.title, page::table(&cells(&self.head, "th"), &rows))
+    }
+}
+
+/// `text` with places where a line may end: within the paths of keys, not within numbers.
+fn breakable(text: &str) -> String {
+    let mut broken = String::with_capacity(text.len());
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        broken.push(letter);
+        let is_of_path = letters.peek().is_some_and(|next| next.is_alphabetic());
+        if letter == '_' || (letter == '.' && is_of_path) {
+            broken.push_str("<wbr>");
+        }
+    }
+    broken
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_within_paths_and_not_within_numbers() {
+        assert_eq!(breakable("a.b_c 0.25, 1.5"), "a.<wbr>b_<wbr>c 0.25, 1.5");
     }
 }
