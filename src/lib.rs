@@ -49,7 +49,7 @@
 //! | [`hits`] | how hard a contact is, whatever the step |
 //! | [`simulation`], [`run`] | the step, the record |
 //! | [`metrics`] | deployment, capture, conservation, summary |
-//! | [`study`], [`report`] | many runs; tables, files, replay |
+//! | [`study`], [`report`] | many runs; tables, files, figures, replay |
 //!
 //! # Conventions
 //!

@@ -334,7 +334,7 @@ impl Recorder {
     }
 
     /// Area of the quadrilateral of the bullets, projected on the plane X = 0 [m^2].
-    fn area(&self, position: &[Vector3<f64>]) -> f64 {
+    pub fn area(&self, position: &[Vector3<f64>]) -> f64 {
         let [a, b, c, d] = self.bullets.map(|bullet| position[bullet]);
         0.5 * (c - a).cross(&(d - b)).x.abs()
     }

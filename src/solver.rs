@@ -107,6 +107,13 @@ impl Solver {
         pair.map_or(self, |&(cables, contact, _)| Solver { cables, contact, ..self })
     }
 
+    /// How its pair of cables and contact is called; empty for one that is none.
+    pub fn pair(&self) -> &'static str {
+        let mut pairs = PAIRS.iter().chain(&ELEMENT_PAIRS);
+        let pair = pairs.find(|(cables, contact, _)| (*cables, *contact) == (self.cables, self.contact));
+        pair.map_or("", |(.., name)| name)
+    }
+
     /// Spheres that touch on each cable, where cables are elements.
     pub fn spheres(&self) -> Option<u32> {
         (self.cables == CableModel::Ancf).then(|| self.ancf.unwrap_or_default().spheres)

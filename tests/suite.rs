@@ -36,6 +36,7 @@ mod profiles;
 mod program;
 mod readme;
 mod replay;
+mod report;
 mod reproduce;
 mod robust;
 mod scenes;

@@ -122,7 +122,6 @@ impl Episode {
         let (state, net) = (&self.simulation.state, self.case.net());
         let Some(target) = state.target else { return };
         let bullets = net.bullets.map(|bullet| state.knots.position[bullet]);
-        let [a, b, c, d] = bullets;
         let total: f64 = net.mass.iter().sum();
         let mean = |values: &[Vector3<f64>]| {
             net.mass.iter().zip(values).map(|(mass, value)| mass * value.x).sum::<f64>() / total
@@ -130,7 +129,7 @@ impl Episode {
         self.work = most("winch_work_j");
         self.seen = [
             state.time,
-            0.5 * (c - a).cross(&(d - b)).x.abs(),
+            self.recorder.area(&state.knots.position),
             mouth::vector_area_share(net, &state.knots.position),
             target.position.x - mean(&state.knots.position),
             bullets.iter().map(|bullet| bullet.x).fold(f64::INFINITY, f64::min) - target.position.x,

@@ -16,6 +16,7 @@ mod new;
 mod optimise;
 mod reading;
 mod replay;
+mod report;
 mod reported;
 mod reproduce;
 mod residual;
@@ -87,6 +88,8 @@ enum Command {
     Figure(figure::Arguments),
     /// Makes one replay page of several runs, in step with each other.
     Replay(replay::Arguments),
+    /// Collects results of many kinds in one page: what was found first, then each with its figures and command.
+    Report(report::Arguments),
     /// Says how far a run is from measured tracks of markers, or from another run.
     Residual(residual::Arguments),
     /// Finds which parameters make a scene meet measured tracks, and how well they are known.
@@ -185,6 +188,7 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::Dependency(arguments)) => dependency::main(&arguments),
         Some(Command::Figure(arguments)) => figure::main(&arguments),
         Some(Command::Replay(arguments)) => replay::main(&arguments),
+        Some(Command::Report(arguments)) => report::main(&arguments),
         Some(Command::Residual(arguments)) => residual::main(&arguments),
         Some(Command::Fit(arguments)) => fit::main(&arguments),
         Some(Command::Reproduce(arguments)) => reproduce::main(&arguments),

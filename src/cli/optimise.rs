@@ -6,7 +6,7 @@ use clap::Args;
 use tumblenet::limits::Limits;
 use tumblenet::problems::Problems;
 use tumblenet::provenance::Provenance;
-use tumblenet::report::map::{MemberAnswer, answers};
+use tumblenet::report::map::{MemberAnswer, answers, no_regression};
 use tumblenet::report::rows::KeptRows;
 use tumblenet::report::{files, optimise as report};
 use tumblenet::study::ensemble::Share;
@@ -65,8 +65,9 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         let folder = out.join(format!("round-{}", number + 1));
         let answered = asked.run(&folder, |spec| search.round(spec, number, &within))?;
         members.push(answered);
-        let (best, probability, next) =
-            search.told(&within, &members.concat()).ok_or_else(|| asked.no_regression())?;
+        let (best, probability, next) = search
+            .told(&within, &members.concat())
+            .ok_or_else(|| no_regression(&arguments.study, "parameters"))?;
         let came = share(members.last().into_iter().flatten().map(|sample| sample.came));
         rounds.push(SearchRound { within: search.ends(&within), came, best, probability });
         within = next;
@@ -120,16 +121,6 @@ impl Asked<'_> {
         let all = problems.into_result(Some(all))?;
         let sample = |MemberAnswer { point, at, came, .. }| MapSample { point, at, came: came == Some(true) };
         Ok(all.into_iter().map(sample).collect())
-    }
-
-    fn no_regression(&self) -> Problems {
-        let mut problems = Problems::new(self.study);
-        problems.add(
-            "parameters",
-            "numbers too large or too small",
-            "numbers that a regression can be made of",
-        );
-        problems
     }
 }
 

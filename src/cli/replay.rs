@@ -37,20 +37,10 @@ const MOST_RUNS: usize = 10;
 pub fn main(arguments: &Arguments) -> Result<(), Error> {
     stage("reading");
     let mut problems = Problems::new("replay");
-    let n_runs = arguments.runs.len();
-    if n_runs > MOST_RUNS {
-        problems.add("RUN", format!("{n_runs} runs"), format!("at most {MOST_RUNS}"));
-    }
-    if !arguments.label.is_empty() && arguments.label.len() != n_runs {
-        let n_labels = arguments.label.len();
-        problems.add("--label", format!("{n_labels} labels"), format!("one for each of {n_runs} runs"));
-    }
+    let folders: Vec<&Path> = arguments.runs.iter().map(PathBuf::as_path).collect();
+    let labels = labels::given_or_of(&arguments.label, &folders, (MOST_RUNS, ""), &mut problems);
     let data: Vec<Value> = arguments.runs.iter().filter_map(|run| data(run, &mut problems)).collect();
     problems.into_result(Some(()))?;
-    let labels = match &arguments.label[..] {
-        [] => labels::of(&arguments.runs.iter().map(PathBuf::as_path).collect::<Vec<_>>()),
-        labels => labels.to_vec(),
-    };
     stage("writing");
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join("replay"));
     files::make_folder(&out)?;

@@ -25,8 +25,8 @@ pub struct Inside {
 /// A part in the body frame, as the library sees convex bodies.
 struct PartSupport {
     part: ConvexPart,
-    /// Distance of its furthest point from its own origin [m].
-    reach: f64,
+    /// A ball around it: centre and radius [m].
+    ball: (Vector3<f64>, f64),
 }
 
 impl SupportMap for PartSupport {
@@ -38,10 +38,7 @@ impl SupportMap for PartSupport {
 impl Inside {
     /// For the parts of `target`.
     pub fn of(target: &Target) -> Inside {
-        let solid = |part: &ConvexPart| PartSupport {
-            part: part.clone(),
-            reach: part.primitive.reach_from(&Vector3::zeros()),
-        };
+        let solid = |part: &ConvexPart| PartSupport { part: part.clone(), ball: part.bounding_ball() };
         Inside { solids: target.parts.iter().map(solid).collect(), bounding_radius: target.bounding_radius }
     }
 
@@ -64,9 +61,9 @@ impl Inside {
         // Bounds first: most cables are far from the target, and from most of its parts.
         to_line(&Vector3::zeros(), &a, &b).norm() <= self.bounding_radius
             && self.solids.iter().any(|solid| {
-                let centre = &solid.part.pose.translation.vector;
+                let (centre, radius) = &solid.ball;
                 let outwards = to_line(centre, &a, &b);
-                outwards.norm() <= solid.reach && {
+                outwards.norm() <= *radius && {
                     // Most cables are outside: the search for a gap begins where it is likely.
                     let (line, first) = (Segment::new(parrys(&a), parrys(&b)), outwards.try_normalize(0.0));
                     let first = first.as_ref().map(parrys);

@@ -10,7 +10,7 @@ use std::path::Path;
 use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
-use super::page::{self, Figure};
+use super::page::{self, Figure, ResultPage};
 use super::results;
 use super::table::number;
 use super::text_table::TextTable;
@@ -287,15 +287,17 @@ fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
     let tables: String = tables.map(|(columns, cells)| page_table(columns, &cells)).collect();
     let notes: String =
         notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
-    page::fill(&[
-        ("title", page::escape(&comparison.title)),
-        ("kind", "comparison".to_owned()),
-        ("lead", String::new()),
-        ("tables", tables),
-        ("notes", notes + &watching(comparison)),
-        ("figures", page::drawings(drawn)),
-        ("made", page::made(&comparison.provenance, comparison.request.ensemble.seed)),
-    ])
+    ResultPage {
+        title: &comparison.title,
+        kind: "comparison",
+        lead: "",
+        tables,
+        notes: notes + &watching(comparison),
+        drawn,
+        provenance: &comparison.provenance,
+        seed: Some(comparison.request.ensemble.seed),
+    }
+    .html()
 }
 
 /// How each variant's members ended, by number, and the command that shows one.

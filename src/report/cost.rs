@@ -10,7 +10,7 @@ use std::path::Path;
 use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
-use super::page::{self, Figure};
+use super::page::{self, Figure, ResultPage};
 use super::results;
 use super::table::number;
 use super::text_table::TextTable;
@@ -272,15 +272,17 @@ fn whole_page(study: &Study, drawn: &[(Figure, String)]) -> String {
             .to_owned(),
     ];
     said.extend(notes(study));
-    page::fill(&[
-        ("title", page::escape(&study.title)),
-        ("kind", "what accuracy costs".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&study.advice.sentence))),
-        ("tables", page::table(&head, &rows)),
-        ("notes", said.iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect()),
-        ("figures", page::drawings(drawn)),
-        ("made", page::made(&study.provenance, study.request.seed)),
-    ])
+    ResultPage {
+        title: &study.title,
+        kind: "what accuracy costs",
+        lead: &study.advice.sentence,
+        tables: page::table(&head, &rows),
+        notes: said.iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect(),
+        drawn,
+        provenance: &study.provenance,
+        seed: Some(study.request.seed),
+    }
+    .html()
 }
 
 /// The cells of a setting that was measured.

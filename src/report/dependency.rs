@@ -8,7 +8,7 @@ use std::path::Path;
 use super::columns::{self, NumberColumns};
 use super::files::{self, WriteError};
 use super::grid::Grid;
-use super::page::{self, Figure};
+use super::page::{self, Figure, ResultPage};
 use super::plots::{Axis, Dot, Key, Mark, Panel, Swatch, colour, dashed};
 use super::results;
 use super::rows::{KeptRows, line};
@@ -61,15 +61,17 @@ pub fn write(out: &Path, all: &Dependencies, seed: u64) -> Result<(), WriteError
     files::make_folder(out)?;
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, figures(all))?;
-    let page = page::fill(&[
-        ("title", page::escape(&all.title)),
-        ("kind", "dependencies".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&lead(all)))),
-        ("tables", tables(all).iter().map(Grid::page).collect()),
-        ("notes", String::new()),
-        ("figures", page::drawings(&drawn)),
-        ("made", page::made(&all.provenance, seed)),
-    ]);
+    let page = ResultPage {
+        title: &all.title,
+        kind: "dependencies",
+        lead: &lead(all),
+        tables: tables(all).iter().map(Grid::page).collect(),
+        notes: String::new(),
+        drawn: &drawn,
+        provenance: &all.provenance,
+        seed: Some(seed),
+    }
+    .html();
     files.write(&out.join("dependency.html"), |file| file.write_all(page.as_bytes()))?;
     files.write(&out.join("dependency.csv"), |file| file.write_all(&csv(all)))?;
     // Last: it says that the rest is there.

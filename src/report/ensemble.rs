@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use super::files::{self, WriteError};
-use super::page;
+use super::page::{self, ResultPage};
 use super::survival::{self, Named};
 use super::{results, table};
 use crate::provenance::Provenance;
@@ -24,15 +24,17 @@ pub fn write(out: &Path, scene: &str, changes: &[String], ensemble: &Ensemble) -
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure])?;
     let again = ensemble::again(scene, changes, &ensemble.request);
-    let page = page::fill(&[
-        ("title", page::escape(&ensemble.title)),
-        ("kind", "ensemble".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&table::ensemble_verdict(ensemble)))),
-        ("tables", members(out, ensemble)),
-        ("notes", format!("<p>To watch a member: <code>{} --member N</code></p>\n", page::escape(&again))),
-        ("figures", page::drawings(&drawn)),
-        ("made", page::made(&Provenance::here(), ensemble.request.seed)),
-    ]);
+    let page = ResultPage {
+        title: &ensemble.title,
+        kind: "ensemble",
+        lead: &table::ensemble_verdict(ensemble),
+        tables: members(out, ensemble),
+        notes: format!("<p>To watch a member: <code>{} --member N</code></p>\n", page::escape(&again)),
+        drawn: &drawn,
+        provenance: &Provenance::here(),
+        seed: Some(ensemble.request.seed),
+    }
+    .html();
     files.write(&out.join("ensemble.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
     files.write(&out.join("ensemble.json"), |file| results::as_json(file, ensemble))?;

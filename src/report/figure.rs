@@ -65,6 +65,20 @@ impl FigureKind {
         }
     }
 
+    /// What it shows, as a heading.
+    pub fn title(self) -> &'static str {
+        match self {
+            FigureKind::Strip => "Net and target",
+            FigureKind::Deployment => "How the net opens",
+            FigureKind::Momentum => "Momentum",
+            FigureKind::Energy => "Energy, and where it went",
+            FigureKind::Motion => "Motion of the target",
+            FigureKind::Impulses => "Contact impulses",
+            FigureKind::Closing => "How the mouth closes",
+            FigureKind::Tension => "Largest tension",
+        }
+    }
+
     /// Whether it has nothing to show of a run without a target.
     fn needs_target(self) -> bool {
         matches!(self, FigureKind::Motion | FigureKind::Impulses | FigureKind::Closing)
@@ -142,27 +156,28 @@ impl FigureWords {
     }
 }
 
-fn kind(word: &str, problems: &mut Problems) -> Option<FigureKind> {
-    let names = || FigureKind::ALL.iter().map(|kind| kind.name());
-    let found = FigureKind::ALL.into_iter().find(|kind| kind.name() == word);
+/// What is called `word`; where nothing is, that is a fault of `place`, which tells all `names`.
+fn named<'a, T>(
+    found: Option<T>,
+    word: &str,
+    place: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+    problems: &mut Problems,
+) -> Option<T> {
     if found.is_none() {
-        let meant = did_you_mean(word, names());
-        problems.add("--of", word, format!("{meant}one of {}", names().collect::<Vec<_>>().join(", ")));
+        let meant = did_you_mean(word, names.clone());
+        problems.add(place, word, format!("{meant}one of {}", names.collect::<Vec<_>>().join(", ")));
     }
     found
 }
 
+fn kind(word: &str, problems: &mut Problems) -> Option<FigureKind> {
+    let found = FigureKind::ALL.into_iter().find(|kind| kind.name() == word);
+    named(found, word, "--of", FigureKind::ALL.iter().map(|kind| kind.name()), problems)
+}
+
 fn view(word: &str, problems: &mut Problems) -> Option<View> {
-    let found = View::named(word);
-    if found.is_none() {
-        let meant = did_you_mean(word, View::names());
-        problems.add(
-            "--view",
-            word,
-            format!("{meant}one of {}", View::names().collect::<Vec<_>>().join(", ")),
-        );
-    }
-    found
+    named(View::named(word), word, "--view", View::names(), problems)
 }
 
 fn time(word: &str, problems: &mut Problems) -> Option<f64> {
@@ -192,28 +207,12 @@ impl FigureRequest {
         problems: &mut Problems,
     ) -> Option<Vec<ShownRun>> {
         let known = problems.list.len();
-        if runs.len() > MOST_PENS {
-            problems.add(
-                "RUN",
-                format!("{} runs", runs.len()),
-                format!("at most {MOST_PENS}: more lines look alike"),
-            );
-        }
-        if !labels.is_empty() && labels.len() != runs.len() {
-            problems.add(
-                "--label",
-                format!("{} labels", labels.len()),
-                format!("one for each of {} runs", runs.len()),
-            );
-        }
+        let folders: Vec<&Path> = runs.iter().map(|(folder, _)| folder.as_path()).collect();
+        let most = (MOST_PENS, ": more lines look alike");
+        let labels = labels::given_or_of(labels, &folders, most, problems);
         for (folder, run) in &runs {
             self.check(&folder.display().to_string(), run, problems);
         }
-        let labels = if labels.is_empty() {
-            labels::of(&runs.iter().map(|(folder, _)| folder.as_path()).collect::<Vec<_>>())
-        } else {
-            labels.to_vec()
-        };
         let shown = runs.into_iter().zip(labels).map(|((_, run), label)| ShownRun { label, run });
         (problems.list.len() == known).then(|| shown.collect())
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::files::{self, WriteError};
 use super::grid::Grid;
-use super::page;
+use super::page::{self, ResultPage};
 use super::residual;
 use super::results;
 use super::rows::line;
@@ -22,15 +22,17 @@ pub fn write(out: &Path, fit: &Fit) -> Result<(), WriteError> {
     let drawn = page::draw(&mut files, out, vec![residual::figure(&fit.residual)])?;
     let notes: Vec<String> =
         notes(fit).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
-    let page = page::fill(&[
-        ("title", page::escape(&fit.title)),
-        ("kind", "fit".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&residual::lead(&fit.residual)))),
-        ("tables", grid(fit).page()),
-        ("notes", notes.concat()),
-        ("figures", page::drawings(&drawn)),
-        ("made", page::made_by(&fit.residual.provenance)),
-    ]);
+    let page = ResultPage {
+        title: &fit.title,
+        kind: "fit",
+        lead: &residual::lead(&fit.residual),
+        tables: grid(fit).page(),
+        notes: notes.concat(),
+        drawn: &drawn,
+        provenance: &fit.residual.provenance,
+        seed: None,
+    }
+    .html();
     files.write(&out.join("fit.html"), |file| file.write_all(page.as_bytes()))?;
     files.write(&out.join("fit.csv"), |file| file.write_all(&csv(fit)))?;
     // Last: it says that the rest is there.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::columns::NumberColumns;
 use super::files::{self, WriteError};
-use super::page::{self, Figure};
+use super::page::{self, Figure, ResultPage};
 use super::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour};
 use super::results;
 use super::rows::KeptRows;
@@ -84,6 +84,13 @@ pub fn answers(
     answers
 }
 
+/// The fault of `place` in `input` that its numbers are none that a regression can be made of.
+pub fn no_regression(input: &str, place: &str) -> Problems {
+    let mut problems = Problems::new(input);
+    problems.add(place, "numbers too large or too small", "numbers that a regression can be made of");
+    problems
+}
+
 /// What a map is asked for.
 #[derive(Clone, Debug)]
 pub struct MapRequest {
@@ -108,11 +115,10 @@ impl MapRequest {
             return Err(problems);
         }
         let answers = answers(plan, kept, (&self.over, self.outcome), &mut problems);
-        let decided = answers.iter().filter(|answer| answer.has_verdict);
         let (mut samples, mut undecided) = (Vec::new(), 0);
-        for answer in decided {
-            match answer.came {
-                Some(came) => samples.push(MapSample { point: answer.point, at: answer.at.clone(), came }),
+        for MemberAnswer { point, at, came, .. } in answers.into_iter().filter(|answer| answer.has_verdict) {
+            match came {
+                Some(came) => samples.push(MapSample { point, at, came }),
                 None => undecided += 1,
             }
         }
@@ -122,16 +128,7 @@ impl MapRequest {
         }
         let samples = problems.into_result(Some(samples))?;
         let map = CaptureMap::of(&plan.title, (self.outcome, undecided), &self.over, &samples, self.n_boxes);
-        let none = || {
-            let mut problems = Problems::new("map");
-            problems.add(
-                "--over",
-                "numbers too large or too small",
-                "numbers that a regression can be made of",
-            );
-            problems
-        };
-        Ok((map.ok_or_else(none)?, samples))
+        Ok((map.ok_or_else(|| no_regression("map", "--over"))?, samples))
     }
 }
 
@@ -157,15 +154,17 @@ pub fn write(
     let figure = Figure { name: "map".into(), title: "Probability".into(), words, panels };
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure])?;
-    let page = page::fill(&[
-        ("title", page::escape(&map.title)),
-        ("kind", "map".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&self::words(map)))),
-        ("tables", foretold(map)),
-        ("notes", String::new()),
-        ("figures", page::drawings(&drawn)),
-        ("made", page::made(&map.provenance, seed)),
-    ]);
+    let page = ResultPage {
+        title: &map.title,
+        kind: "map",
+        lead: &self::words(map),
+        tables: foretold(map),
+        notes: String::new(),
+        drawn: &drawn,
+        provenance: &map.provenance,
+        seed: Some(seed),
+    }
+    .html();
     files.write(&out.join("map.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
     files.write(&out.join("map.json"), |file| results::as_json(file, map))?;

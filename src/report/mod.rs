@@ -1,5 +1,6 @@
 //! From numbers to files and tables.
 
+pub mod collected;
 pub mod columns;
 pub mod compare;
 pub mod cost;

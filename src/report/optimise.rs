@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::files::{self, WriteError};
 use super::grid::Grid;
-use super::page::{self, Figure};
+use super::page::{self, Figure, ResultPage};
 use super::plots::{Axis, Dot, Key, Mark, Panel, Swatch, colour};
 use super::results;
 use super::sweep::share_words;
@@ -35,15 +35,17 @@ pub fn write(
     };
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure])?;
-    let page = page::fill(&[
-        ("title", page::escape(&optimised.title)),
-        ("kind", "optimisation".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&lead(optimised)))),
-        ("tables", tables(optimised).iter().map(Grid::page).collect()),
-        ("notes", String::new()),
-        ("figures", page::drawings(&drawn)),
-        ("made", page::made(&optimised.provenance, seed)),
-    ]);
+    let page = ResultPage {
+        title: &optimised.title,
+        kind: "optimisation",
+        lead: &lead(optimised),
+        tables: tables(optimised).iter().map(Grid::page).collect(),
+        notes: String::new(),
+        drawn: &drawn,
+        provenance: &optimised.provenance,
+        seed: Some(seed),
+    }
+    .html();
     files.write(&out.join("optimised.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
     files.write(&out.join("optimised.json"), |file| results::as_json(file, optimised))?;

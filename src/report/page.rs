@@ -12,6 +12,9 @@ use crate::provenance::Provenance;
 
 const TEMPLATE: &str = include_str!("page.html");
 
+/// How the lead begins.
+const LEAD: &str = "<p class=\"lead\">";
+
 /// One figure.
 pub struct Figure {
     /// Name of its file, without ending.
@@ -24,12 +27,70 @@ pub struct Figure {
     pub panels: Vec<Panel>,
 }
 
-/// The page whose gaps hold `parts`, each with its name; what is in them is HTML.
-pub fn fill(parts: &[(&str, String)]) -> String {
-    let dark = dark();
-    let named = parts.iter().map(|(name, text)| (*name, text.as_str()));
-    let parts: Vec<(&str, &str)> = named.chain([("dark", dark.as_str())]).collect();
-    template::fill(TEMPLATE, &parts)
+/// A page of results.
+pub struct ResultPage<'a> {
+    /// Its title.
+    pub title: &'a str,
+    /// What kind of results they are, in a word or two.
+    pub kind: &'static str,
+    /// What was found, in a sentence or two; may be empty.
+    pub lead: &'a str,
+    /// Tables, as HTML.
+    pub tables: String,
+    /// Notes, as HTML.
+    pub notes: String,
+    /// Figures with their drawings.
+    pub drawn: &'a [(Figure, String)],
+    /// What made it.
+    pub provenance: &'a Provenance,
+    /// Seed of what was drawn at random; none where nothing was.
+    pub seed: Option<u64>,
+}
+
+impl ResultPage<'_> {
+    /// Everything within one file.
+    pub fn html(self) -> String {
+        self.html_with("")
+    }
+
+    /// The same with `more` below, as HTML.
+    pub fn html_with(self, more: &str) -> String {
+        let lead = match self.lead {
+            "" => String::new(),
+            lead => format!("{LEAD}{}</p>\n", escape(lead)),
+        };
+        let parts = [
+            ("title", escape(self.title)),
+            ("kind", self.kind.to_owned()),
+            ("dark", dark()),
+            ("lead", lead),
+            ("tables", self.tables),
+            ("notes", self.notes),
+            ("figures", drawings(self.drawn) + more),
+            ("made", made(self.provenance, self.seed)),
+        ];
+        template::fill(TEMPLATE, &parts.each_ref().map(|(name, text)| (*name, text.as_str())))
+    }
+}
+
+/// What a page of results is made of, as HTML but for the title and the lead.
+pub struct PageParts {
+    /// Its title.
+    pub title: String,
+    /// What was found; may be empty.
+    pub lead: String,
+    /// Lead, tables, notes, figures, and what made it.
+    pub body: String,
+}
+
+/// The parts of the `page` that [`ResultPage::html`] made; none where it is no page of ours.
+pub fn parts(page: &str) -> Option<PageParts> {
+    let (_, main) = page.split_once("<main>\n<h1>")?;
+    let (main, _) = main.rsplit_once("</main>")?;
+    let (title, body) = main.split_once("</h1>\n")?;
+    let lead = body.strip_prefix(LEAD).and_then(|rest| rest.split_once("</p>"));
+    let lead = lead.map_or_else(String::new, |(lead, _)| plain(lead));
+    Some(PageParts { title: plain(title), lead, body: body.to_owned() })
 }
 
 /// A table from its header cells and its rows, which are HTML.
@@ -63,7 +124,7 @@ pub fn draw(
 }
 
 /// Figures with their drawings, one below the other.
-pub fn drawings(drawn: &[(Figure, String)]) -> String {
+fn drawings(drawn: &[(Figure, String)]) -> String {
     let mut text = String::new();
     for (figure, svg) in drawn {
         let _ = writeln!(
@@ -77,17 +138,9 @@ pub fn drawings(drawn: &[(Figure, String)]) -> String {
     text
 }
 
-/// What made the page, in a line.
-pub fn made(provenance: &Provenance, seed: u64) -> String {
-    made_with(provenance, &format!(" Seed {seed}."))
-}
-
-/// The same of what no seed is in.
-pub fn made_by(provenance: &Provenance) -> String {
-    made_with(provenance, "")
-}
-
-fn made_with(provenance: &Provenance, seed: &str) -> String {
+/// What made a result, in a line.
+pub fn made(provenance: &Provenance, seed: Option<u64>) -> String {
+    let seed = seed.map_or_else(String::new, |seed| format!(" Seed {seed}."));
     format!(
         "{} ({}), {}, {}; {}, {} processors: {}.{seed} <code>{}</code>",
         escape(&provenance.program),
@@ -115,6 +168,11 @@ fn dark() -> String {
 /// `text` as it stands in HTML.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// [`escape`] undone.
+fn plain(text: &str) -> String {
+    text.replace("&quot;", "\"").replace("&gt;", ">").replace("&lt;", "<").replace("&amp;", "&")
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::columns::{self, NumberColumns};
 use super::files::{self, WriteError};
-use super::page;
+use super::page::{self, ResultPage};
 use super::results;
 use super::rows::KeptRows;
 use crate::problems::Problems;
@@ -116,15 +116,17 @@ pub fn difference(comparison: &Comparison, source: &SourceSays) -> Finding {
 pub fn write(out: &Path, all: &Reproduction) -> Result<(), WriteError> {
     files::make_folder(out)?;
     let mut files = files::Together::begin();
-    let page = page::fill(&[
-        ("title", "What the source says, and what is found here".to_owned()),
-        ("kind", "reproduction".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&lead(all)))),
-        ("tables", tables(all)),
-        ("notes", format!("<p>{}</p>\n", page::escape(RULES))),
-        ("figures", String::new()),
-        ("made", page::made_by(&all.provenance)),
-    ]);
+    let page = ResultPage {
+        title: "What the source says, and what is found here",
+        kind: "reproduction",
+        lead: &lead(all),
+        tables: tables(all),
+        notes: format!("<p>{}</p>\n", page::escape(RULES)),
+        drawn: &[],
+        provenance: &all.provenance,
+        seed: None,
+    }
+    .html();
     files.write(&out.join("reproduce.html"), |file| file.write_all(page.as_bytes()))?;
     files.write(&out.join("reproduce.md"), |file| file.write_all(summary(all).as_bytes()))?;
     // Last: it says that the rest is there.

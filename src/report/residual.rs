@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::files::{self, WriteError};
 use super::grid::Grid;
-use super::page::{self, Figure};
+use super::page::{self, Figure, ResultPage};
 use super::plots::boxes::box_plot;
 use super::plots::{Axis, Key, Mark, Panel, Swatch, colour};
 use super::results;
@@ -30,15 +30,17 @@ pub fn write(out: &Path, residuals: &Residuals) -> Result<(), WriteError> {
     files::make_folder(out)?;
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure(residuals)])?;
-    let page = page::fill(&[
-        ("title", page::escape(&title(residuals))),
-        ("kind", "residuals".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&lead(residuals)))),
-        ("tables", tables(residuals).iter().map(Grid::page).collect()),
-        ("notes", String::new()),
-        ("figures", page::drawings(&drawn)),
-        ("made", page::made_by(&residuals.provenance)),
-    ]);
+    let page = ResultPage {
+        title: &title(residuals),
+        kind: "residuals",
+        lead: &lead(residuals),
+        tables: tables(residuals).iter().map(Grid::page).collect(),
+        notes: String::new(),
+        drawn: &drawn,
+        provenance: &residuals.provenance,
+        seed: None,
+    }
+    .html();
     files.write(&out.join("residual.html"), |file| file.write_all(page.as_bytes()))?;
     files.write(&out.join("residual.csv"), |file| file.write_all(&csv(residuals)))?;
     // Last: it says that the rest is there.

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::columns::NumberColumns;
 use super::files::{self, WriteError};
-use super::page::{self, Figure};
+use super::page::{self, Figure, ResultPage};
 use super::plots::{Axis, INK, Mark, Panel, colour};
 use super::results;
 use super::rows::KeptRows;
@@ -85,15 +85,17 @@ pub fn write(out: &Path, sensitivity: &Sensitivity, seed: u64) -> Result<(), Wri
     };
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure])?;
-    let page = page::fill(&[
-        ("title", page::escape(&sensitivity.title)),
-        ("kind", "sensitivity".to_owned()),
-        ("lead", format!("<p class=\"lead\">{}</p>\n", page::escape(&lead(sensitivity)))),
-        ("tables", tables(sensitivity)),
-        ("notes", NOTES.to_owned()),
-        ("figures", page::drawings(&drawn)),
-        ("made", page::made(&sensitivity.provenance, seed)),
-    ]);
+    let page = ResultPage {
+        title: &sensitivity.title,
+        kind: "sensitivity",
+        lead: &lead(sensitivity),
+        tables: tables(sensitivity),
+        notes: NOTES.to_owned(),
+        drawn: &drawn,
+        provenance: &sensitivity.provenance,
+        seed: Some(seed),
+    }
+    .html();
     files.write(&out.join("sensitivity.html"), |file| file.write_all(page.as_bytes()))?;
     // Last: it says that the rest is there.
     files.write(&out.join("sensitivity.json"), |file| results::as_json(file, sensitivity))?;

@@ -5,6 +5,7 @@ use std::path::Path;
 use comfy_table::{Cell, CellAlignment};
 
 use super::files::{self, WriteError};
+use super::page::{self, escape};
 use super::results;
 use super::text_table::TextTable;
 use crate::study::stress::hard::StressCase;
@@ -147,18 +148,49 @@ fn notes(stress: &Stress) -> Vec<String> {
     notes
 }
 
+/// Verdicts by pairs, and what does not hold with its reason, as HTML.
+pub fn html(stress: &Stress) -> String {
+    let mut pairs: Vec<&str> = Vec::new();
+    for row in &stress.rows {
+        if !pairs.contains(&row.pair.as_str()) {
+            pairs.push(&row.pair);
+        }
+    }
+    let head = KINDS.map(|kind| format!("<th>{}</th>", word(kind))).concat();
+    let mut rows = String::new();
+    for pair in pairs {
+        let of = |kind| stress.rows.iter().filter(|row| row.pair == pair && row.verdict == kind).count();
+        let cells = KINDS.map(|kind| format!("<td>{}</td>", of(kind))).concat();
+        rows += &format!("<tr><td>{}</td>{cells}</tr>\n", escape(pair));
+    }
+    let mut html = page::table(&format!("<th>pair</th>{head}"), &rows);
+    let fails = |row: &&StressRow| matches!(row.verdict, StressVerdict::DoesNotHold | StressVerdict::Breaks);
+    let mut failing = String::new();
+    for row in stress.rows.iter().filter(fails) {
+        let cells = [&row.case, &row.pair].map(|text| format!("<td>{}</td>", escape(text))).concat();
+        let why = escape(&row.notes.join("; "));
+        failing += &format!("<tr>{cells}<td>{}</td><td class=\"words\">{why}</td></tr>\n", word(row.verdict));
+    }
+    if !failing.is_empty() {
+        html += &page::table("<th>case</th><th>pair</th><th>verdict</th><th>why</th>", &failing);
+    }
+    html + &format!("<div class=\"notes\"><p>{}</p></div>\n", escape(&bounds(stress)))
+}
+
+/// Verdicts, the best first.
+const KINDS: [StressVerdict; 6] = [
+    StressVerdict::Holds,
+    StressVerdict::Refused,
+    StressVerdict::HoldsFrom,
+    StressVerdict::DoesNotHold,
+    StressVerdict::NotRun,
+    StressVerdict::Breaks,
+];
+
 /// How many of each verdict, and the time.
-fn count(stress: &Stress) -> String {
+pub fn count(stress: &Stress) -> String {
     let of = |verdict: StressVerdict| stress.rows.iter().filter(|row| row.verdict == verdict).count();
-    let kinds = [
-        StressVerdict::Holds,
-        StressVerdict::Refused,
-        StressVerdict::HoldsFrom,
-        StressVerdict::DoesNotHold,
-        StressVerdict::NotRun,
-        StressVerdict::Breaks,
-    ];
-    let counts: Vec<String> = kinds
+    let counts: Vec<String> = KINDS
         .into_iter()
         .filter(|&kind| of(kind) > 0)
         .map(|kind| format!("{} {}", of(kind), word(kind)))

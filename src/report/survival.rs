@@ -18,7 +18,7 @@ pub struct Named<'a> {
 
 /// What the figure shows, for its caption.
 const WORDS: &str = "Share of the members still held, over the time since each was first held (Kaplan and Meier), with \
-    95 % bands (Greenwood, log-log). A first loss counts, even where the net came round again. Small strokes: members \
+    95 % bands (the beta product procedure of Fay, Brittain and Proschan). A first loss counts, even where the net came round again. Small strokes: members \
     whose run ended undecided there; they count neither as held nor as lost from then on. A member that settled counts \
     as held.";
 

@@ -15,7 +15,8 @@ use crate::limits;
 use crate::study::ensemble::Share;
 use crate::study::sweep::{Shard, SweepPlan};
 
-const PLAN: &str = "study.json";
+/// What says which sweep a folder has rows of.
+pub const PLAN: &str = "study.json";
 const TABLE: &str = "table.csv";
 const RESULT: &str = "sweep.json";
 

@@ -2,8 +2,32 @@
 
 use std::path::Path;
 
+use crate::problems::Problems;
+
 /// What parts the words of a folder's name.
 const BETWEEN: [char; 5] = ['-', '_', ' ', '/', '\\'];
+
+/// The names `given`, or where there are none those [`of`] `folders`; too few or too many are a fault, and so are more runs
+/// than `most`, where `why` says what is wrong with more.
+pub fn given_or_of(
+    given: &[String],
+    folders: &[&Path],
+    (most, why): (usize, &str),
+    problems: &mut Problems,
+) -> Vec<String> {
+    let n_runs = folders.len();
+    if n_runs > most {
+        problems.add("RUN", format!("{n_runs} runs"), format!("at most {most}{why}"));
+    }
+    if given.is_empty() {
+        return of(folders);
+    }
+    if given.len() != n_runs {
+        let found = format!("{} labels", given.len());
+        problems.add("--label", found, format!("one for each of {n_runs} runs"));
+    }
+    given.to_vec()
+}
 
 /// A name for each of `folders`, all different; for one alone none.
 pub fn of(folders: &[&Path]) -> Vec<String> {

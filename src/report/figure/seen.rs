@@ -37,7 +37,7 @@ impl View {
     }
 
     /// How the views are called.
-    pub fn names() -> impl Iterator<Item = &'static str> {
+    pub fn names() -> impl Iterator<Item = &'static str> + Clone {
         VIEWS.iter().map(|view| view.name)
     }
 
