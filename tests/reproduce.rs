@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
+use tumblenet::case::Case;
 use tumblenet::limits::Limits;
+use tumblenet::problems::Problems;
 use tumblenet::read::schema;
+use tumblenet::report::figure::FigureWords;
 use tumblenet::report::reproduce::{StudyRows, summary, text};
 use tumblenet::report::rows::{KeptRows, RowKeeper};
 use tumblenet::report::sweep;
 use tumblenet::study::reproduce::finding::{ClaimAgreement, ClaimMeasure, Finding};
-use tumblenet::study::reproduce::spec::Claim;
+use tumblenet::study::reproduce::spec::{Claim, Claims};
 use tumblenet::study::reproduce::{ReproducedRow, Reproduction};
 use tumblenet::study::sweep::Sweep;
 
@@ -106,4 +109,28 @@ fn a_reason_stands_where_the_answers_differ_and_rows_are_counted_by_chapter() {
     assert!(published.is_valid(&written), "{:?}", published.iter_errors(&written).next());
     let text = text(&all);
     assert!(text.contains("differs it: 2.00 m (source: at most 1 m)"), "{text}");
+}
+
+/// Figures of the source are asked for as `tumblenet figure` knows them, of scenes that are built in.
+#[test]
+fn every_figure_of_the_source_can_be_drawn() {
+    let figures = Claims::built_in().figures;
+    let mut names: Vec<String> =
+        figures.iter().map(|figure| format!("{}-{}", figure.number, figure.of)).collect();
+    assert!(names.len() >= 25, "{names:?}");
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), figures.len(), "no two have the same name");
+    for figure in &figures {
+        let mut problems = Problems::new(&figure.number);
+        let words =
+            FigureWords { of: vec![figure.of.clone()], at: figure.at.clone(), ..FigureWords::default() };
+        assert!(words.read(&mut problems).is_some(), "{problems}");
+        for run in &figure.runs {
+            let case = Case::load_changed(&run.scene, &run.changes(), Limits::default()).unwrap();
+            assert!(run.folder().ends_with(case.scene().solver.pair()), "{}", run.folder());
+            let end = case.scene().duration_s.0;
+            assert!(figure.at.iter().all(|time| time.parse::<f64>().unwrap() <= end), "{:?}", figure.at);
+        }
+    }
 }

@@ -4,8 +4,14 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use tumblenet::case::Case;
 use tumblenet::limits::Limits;
+use tumblenet::problems::Problems;
 use tumblenet::provenance::Provenance;
+use tumblenet::report::figure::{FigureWords, ShownRun};
+use tumblenet::report::files::WriteError;
+use tumblenet::report::page::Figure;
+use tumblenet::report::recorded::RecordedRun;
 use tumblenet::report::reproduce::{self as report, StudyRows};
 use tumblenet::report::rows::KeptRows;
 use tumblenet::report::{dependency, files};
@@ -14,13 +20,14 @@ use tumblenet::study::compare::variants::of_scenes;
 use tumblenet::study::compare::{self, CompareRequest, Comparison};
 use tumblenet::study::ensemble::EnsembleRequest;
 use tumblenet::study::reproduce::finding::Finding;
-use tumblenet::study::reproduce::spec::{Claim, Claims, Question};
+use tumblenet::study::reproduce::spec::{Claim, Claims, FigureRun, Question};
 use tumblenet::study::reproduce::{ReproducedRow, Reproduction, tables};
 use tumblenet::study::sweep::dependency::Dependencies;
 use tumblenet::study::sweep::{Shard, Sweep};
 
 use super::reading::Reading;
 use super::reported::Told;
+use super::run::one;
 use super::terminal::stage;
 use super::{Error, sweep};
 
@@ -58,8 +65,9 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     rows.append(&mut of_tables);
     rows.sort_by_key(|row| chapter(&row.place));
     let all = Reproduction { quick: arguments.quick, rows, provenance: Provenance::here() };
+    let drawn = figures(&claims, arguments.quick, &out, limits)?;
     stage("writing");
-    report::write(&out, &all)?;
+    report::write(&out, &all, &drawn)?;
     arguments.told.tell(&all, &report::text(&all), &out.join("reproduce.html"))
 }
 
@@ -138,4 +146,50 @@ fn compared(scene: &str, pairs: &[String; 2], members: usize, limits: Limits) ->
     let known = variants.iter().map(|_| Vec::new()).collect();
     let members = compare::run(&variants, &request, known, |_, _| {});
     Ok(Comparison::of(scene, &variants, &request, &members))
+}
+
+/// Figures of the source, drawn from runs of our own, which are kept in the folder `out`.
+fn figures(claims: &Claims, quick: bool, out: &Path, limits: Limits) -> Result<Vec<(Figure, String)>, Error> {
+    let mut drawn = Vec::new();
+    for figure in claims.figures.iter().filter(|figure| figure.quick || !quick) {
+        let mut problems = Problems::new(&figure.number);
+        let words =
+            FigureWords { of: vec![figure.of.clone()], at: figure.at.clone(), ..FigureWords::default() };
+        let request = words.read(&mut problems);
+        let (mut runs, mut folders) = (Vec::new(), Vec::new());
+        for run in &figure.runs {
+            let folder = out.join("runs").join(run.folder());
+            runs.push(ShownRun { label: run.label.clone(), run: recorded(run, &folder, limits)? });
+            folders.push(folder.display().to_string());
+        }
+        let Some((request, kinds)) = request.and_then(|request| Some((request.clone(), request.of?))) else {
+            return Err(problems.into());
+        };
+        for kind in kinds {
+            let (mut shown, svg) = request
+                .drawn(kind, &runs)
+                .map_err(|error| WriteError::new(&out.join("reproduce.html"), error))?;
+            shown.name = format!("figure-{}-{}", figure.number, kind.name()).into();
+            shown.title = format!("Fig. {}: {}", figure.number, figure.title).into();
+            shown.words = format!("tumblenet figure {}{}", folders.join(" "), figure.options());
+            drawn.push((shown, svg));
+        }
+    }
+    Ok(drawn)
+}
+
+/// The run in `folder`, or where this program has not written it there, a new one.
+fn recorded(run: &FigureRun, folder: &Path, limits: Limits) -> Result<RecordedRun, Error> {
+    let case = Case::load_changed(&run.scene, &run.changes(), limits)?;
+    let here = Provenance::here();
+    if let Ok(kept) = RecordedRun::read(folder) {
+        let by = &kept.summary.provenance;
+        if kept.summary.scene_hash == case.hash()
+            && (&by.program, &by.commit) == (&here.program, &here.commit)
+        {
+            return Ok(kept);
+        }
+    }
+    one(&case, None, folder, &[])?;
+    Ok(RecordedRun::read(folder)?)
 }

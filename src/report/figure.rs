@@ -12,7 +12,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::files::{self, WriteError};
-use super::plots::{self, MOST_PENS};
+use super::page::Figure;
+use super::plots::{self, MOST_PENS, PlotError};
 use super::recorded::RecordedRun;
 use crate::problems::{Problems, did_you_mean};
 use seen::View;
@@ -236,6 +237,17 @@ impl FigureRequest {
         let has_target = runs.iter().any(|shown| shown.run.target.is_some());
         let all = || FigureKind::ALL.into_iter().filter(|kind| has_target || !kind.needs_target());
         self.of.clone().unwrap_or_else(|| all().collect())
+    }
+
+    /// The figure `kind` of `runs` for a page, and its drawing; [`Figure::panels`] are those of its curves.
+    ///
+    /// # Errors
+    /// Never in memory; the drawing library says so by a type.
+    pub fn drawn(&self, kind: FigureKind, runs: &[ShownRun]) -> Result<(Figure, String), PlotError> {
+        let panels = if kind == FigureKind::Strip { Vec::new() } else { curves::panels(kind, runs) };
+        let svg = if panels.is_empty() { strip::svg(runs, self) } else { plots::svg(&panels)? };
+        let (name, title) = (kind.name().into(), kind.title().into());
+        Ok((Figure { name, title, words: String::new(), panels }, svg))
     }
 
     /// Writes the figures of `runs` to the folder `out`; returns their places.

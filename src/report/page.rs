@@ -23,7 +23,7 @@ pub struct Figure {
     pub title: Cow<'static, str>,
     /// What it shows, in a sentence or two.
     pub words: String,
-    /// Its panels.
+    /// Its panels; none where it is drawn as on paper, with colours of its own.
     pub panels: Vec<Panel>,
 }
 
@@ -124,12 +124,13 @@ pub fn draw(
 }
 
 /// Figures with their drawings, one below the other.
-fn drawings(drawn: &[(Figure, String)]) -> String {
+pub fn drawings(drawn: &[(Figure, String)]) -> String {
     let mut text = String::new();
     for (figure, svg) in drawn {
+        let class = if figure.panels.is_empty() { "paper" } else { "plot" };
         let _ = writeln!(
             text,
-            "<figure id=\"{}\">\n<h2>{}</h2>\n<figcaption>{}</figcaption>\n<div class=\"plot\">{svg}</div>\n</figure>",
+            "<figure id=\"{}\">\n<h2>{}</h2>\n<figcaption>{}</figcaption>\n<div class=\"{class}\">{svg}</div>\n</figure>",
             figure.name,
             escape(&figure.title),
             escape(&figure.words)

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::columns::{self, NumberColumns};
 use super::files::{self, WriteError};
-use super::page::{self, ResultPage};
+use super::page::{self, Figure, ResultPage};
 use super::results;
 use super::rows::KeptRows;
 use crate::problems::Problems;
@@ -109,11 +109,11 @@ pub fn difference(comparison: &Comparison, source: &SourceSays) -> Finding {
     Finding::of_numbers(vec![100.0 * share], "%", source)
 }
 
-/// Writes all files of `all` to the folder `out`.
+/// Writes all files of `all`, with figures of the source that were `drawn` anew, to the folder `out`.
 ///
 /// # Errors
 /// The first file that cannot be written.
-pub fn write(out: &Path, all: &Reproduction) -> Result<(), WriteError> {
+pub fn write(out: &Path, all: &Reproduction, drawn: &[(Figure, String)]) -> Result<(), WriteError> {
     files::make_folder(out)?;
     let mut files = files::Together::begin();
     let page = ResultPage {
@@ -122,12 +122,15 @@ pub fn write(out: &Path, all: &Reproduction) -> Result<(), WriteError> {
         lead: &lead(all),
         tables: tables(all),
         notes: format!("<p>{}</p>\n", page::escape(RULES)),
-        drawn: &[],
+        drawn,
         provenance: &all.provenance,
         seed: None,
     }
     .html();
     files.write(&out.join("reproduce.html"), |file| file.write_all(page.as_bytes()))?;
+    for (figure, svg) in drawn {
+        files.write(&out.join(format!("{}.svg", figure.name)), |file| file.write_all(svg.as_bytes()))?;
+    }
     files.write(&out.join("reproduce.md"), |file| file.write_all(summary(all).as_bytes()))?;
     // Last: it says that the rest is there.
     files.write(&out.join("reproduce.json"), |file| results::as_json(file, all))?;

@@ -9,12 +9,12 @@ use serde::de::DeserializeOwned;
 use crate::limits;
 use crate::metrics::summary::Summary;
 use crate::problems::Problems;
-use crate::report::figure::{FigureKind, FigureRequest, ShownRun, WIDE, curves, seen::View, strip};
+use crate::report::figure::{FigureKind, FigureRequest, ShownRun, WIDE, seen::View};
 use crate::report::page::{self, escape};
 use crate::report::recorded::RecordedRun;
 use crate::report::rows::KeptRows;
 use crate::report::sweep::{self, SweepResult};
-use crate::report::{plots, stress, table};
+use crate::report::{stress, table};
 use crate::study::ensemble::Ensemble;
 use crate::study::stress::Stress;
 use crate::study::survival::Survival;
@@ -243,13 +243,15 @@ fn own_page(kind: ResultKind, folder: &Path, above: &str) -> Result<Brought, Pro
         let allowed = format!("the page that a {} by this version of the program writes", kind.name());
         return Err(fault(&place, "a page of another kind", &allowed));
     };
-    let html = parts
-        .body
-        .replace("<h2>", "<h3>")
-        .replace("</h2>", "</h3>")
-        .replace("<a href=\"", &format!("<a href=\"{above}"))
-        .replace("<figure id=\"", &format!("<figure id=\"{ANCHOR}-"));
+    let html = below(&parts.body.replace("<a href=\"", &format!("<a href=\"{above}")));
     Ok(Brought { title: parts.title, finding: parts.lead, html, ..Brought::default() })
+}
+
+/// What stands in a page of its own, as it stands below a result's title.
+fn below(html: &str) -> String {
+    html.replace("<h2>", "<h3>")
+        .replace("</h2>", "</h3>")
+        .replace("<figure id=\"", &format!("<figure id=\"{ANCHOR}-"))
 }
 
 /// A run: its verdict, warnings, pictures and curves.
@@ -265,21 +267,15 @@ fn run(folder: &Path) -> Result<Brought, Problems> {
     let shown = [ShownRun { label: String::new(), run }];
     let request =
         FigureRequest { of: None, at: None, views: View::named("side").into_iter().collect(), width: WIDE };
+    let mut drawn = Vec::new();
     for kind in [FigureKind::Strip, second, FigureKind::Energy] {
-        let svg = match kind {
-            FigureKind::Strip => strip::svg(&shown, &request),
-            _ => plots::svg(&curves::panels(kind, &shown))
-                .map_err(|error| fault(folder, &error.to_string(), "curves that can be drawn"))?,
-        };
-        let _ = writeln!(
-            html,
-            "<figure id=\"{ANCHOR}-{0}\">\n<h3>{1}</h3>\n<figcaption><code>tumblenet figure {2} --of {0}</code></figcaption>\n\
-             <div class=\"plot\">{svg}</div>\n</figure>",
-            kind.name(),
-            kind.title(),
-            escape(&folder.display().to_string())
-        );
+        let mut figure = request
+            .drawn(kind, &shown)
+            .map_err(|error| fault(folder, &error.to_string(), "curves that can be drawn"))?;
+        figure.0.words = format!("tumblenet figure {} --of {}", folder.display(), kind.name());
+        drawn.push(figure);
     }
+    html += &below(&page::drawings(&drawn));
     let _ = write!(html, "<footer>{}</footer>", page::made(&summary.provenance, None));
     Ok(Brought { title: summary.title.clone(), finding, html, summary: Some(summary), survival: None })
 }

@@ -416,7 +416,9 @@ fn tick(value: f64, axis: &Axis) -> String {
     }
     let decimals = (1.0 - span.log10().floor()).max(0.0) as usize;
     let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    // What is left of a zero that rounding missed.
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 #[cfg(test)]
@@ -430,6 +432,7 @@ mod tests {
         assert_eq!(tick(2.0, &linear(3.0)), "2");
         assert_eq!(tick(20000.0, &linear(90000.0)), "20000");
         assert_eq!(tick(0.0002, &linear(0.0009)), "2e-4");
+        assert_eq!(tick(-1e-17, &linear(0.4)), "0");
         let log = Axis::log("", [1e-4, 1e4], 6);
         assert_eq!(["0.01", "1", "1000"], [1e-2, 1.0, 1e3].map(|v| tick(v, &log)));
     }

@@ -18,8 +18,78 @@ pub struct Claims {
     pub studies: Vec<AskedStudy>,
     /// Why rows of tables that studies bring along differ.
     pub tables: Vec<TableReason>,
+    /// Figures of the source that are drawn anew.
+    pub figures: Vec<SourceFigure>,
     /// The claims.
     pub claims: Vec<Claim>,
+}
+
+/// A figure of the source that is drawn from runs of our own.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SourceFigure {
+    /// Which: `5.3`.
+    pub number: String,
+    /// What it shows.
+    pub title: String,
+    /// Which figure of ours, as in `tumblenet figure --of`.
+    pub of: String,
+    /// The runs.
+    pub runs: Vec<FigureRun>,
+    /// Times of a strip [s]; absent: moments of the run.
+    #[serde(default)]
+    pub at: Vec<String>,
+    /// Whether it is drawn in short, too.
+    #[serde(default)]
+    pub quick: bool,
+}
+
+impl SourceFigure {
+    /// What `tumblenet figure` is told beside the folders of its runs.
+    pub fn options(&self) -> String {
+        let labels: Vec<&str> = self.runs.iter().map(|run| run.label.as_str()).collect();
+        let is_told = |words: &[&str]| words.iter().any(|word| !word.is_empty());
+        let at: Vec<&str> = self.at.iter().map(String::as_str).collect();
+        let mut options = format!(" --of {}", self.of);
+        for (name, words) in [("at", at), ("label", labels)] {
+            if is_told(&words) {
+                options += &format!(" --{name} '{}'", words.join(","));
+            }
+        }
+        options
+    }
+}
+
+/// A run of a figure of the source.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FigureRun {
+    /// A built-in scene.
+    pub scene: String,
+    /// What tells it from the others of its figure; absent: nothing.
+    #[serde(default)]
+    pub label: String,
+    /// The solver pair; absent: the source's own.
+    #[serde(default = "source_pair")]
+    pub pair: String,
+}
+
+/// The source's mass-spring net with its impulse-based contact.
+fn source_pair() -> String {
+    "explicit+impulse".to_owned()
+}
+
+impl FigureRun {
+    /// Its scene with its pair, as `--set` takes it.
+    pub fn changes(&self) -> Vec<String> {
+        let parts = self.pair.split('+').zip(["cables", "contact"]);
+        parts.map(|(name, part)| format!("solver.{part}={name}")).collect()
+    }
+
+    /// The name of its folder.
+    pub fn folder(&self) -> String {
+        format!("{}-{}", self.scene, self.pair)
+    }
 }
 
 /// Why rows of a table that a study brings along differ, as far as is known.
