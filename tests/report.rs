@@ -24,6 +24,7 @@ fn results() -> tempfile::TempDir {
         &["compare", "scene.json", "--solvers", "explicit+impulse", "--members", "2", "--out", "all/d"],
     );
     printed(folder.path(), &["sweep", "study.json", "--out", "all/deep/e"]);
+    printed(folder.path(), &["stress", "one-point", "--pairs", "explicit+impulse", "--out", "all/deep/f"]);
     folder
 }
 
@@ -41,7 +42,10 @@ fn attributes<'a>(page: &'a str, name: &str) -> Vec<&'a str> {
 fn a_report_has_every_result_and_its_verdict_first() {
     let folder = results();
     let told = printed(folder.path(), &["report", "all", "--out", "pages/one", "--title", "What <came>"]);
-    assert!(told.starts_with("1 run, 2 ensembles, 1 comparison, 1 sweep."), "{told}");
+    assert!(
+        told.starts_with("1 run, 2 ensembles, 1 comparison, 1 sweep, 1 catalogue of hard cases."),
+        "{told}"
+    );
     let page = page(folder.path(), "pages/one/report.html");
     let summary: Value = serde_json::from_str(&self::page(folder.path(), "all/a run/summary.json")).unwrap();
     assert_eq!(summary["capture"]["captured"], false);
@@ -49,10 +53,10 @@ fn a_report_has_every_result_and_its_verdict_first() {
     // In the order of the page: the verdict, survival of both ensembles, then each result with what made it.
     let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
     let order =
-        ["CAPTURED", "id=\"survival\"", "id=\"result-1\"", "id=\"result-1-strip\"", "id=\"result-5\""];
+        ["CAPTURED", "id=\"survival\"", "id=\"result-1\"", "id=\"result-1-strip\"", "id=\"result-6\""];
     assert!(order.map(place).is_sorted(), "{order:?}");
     let commands = page.matches("run scene.json --out").count();
-    assert!(commands >= 1 && page.matches("<footer>").count() == 6, "{commands}");
+    assert!(commands >= 1 && page.matches("<footer>").count() == 7, "{commands}");
     // Places are no two the same, and every link leads to one or to a file.
     let mut places = attributes(&page, " id");
     let n_places = places.len();

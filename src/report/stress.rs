@@ -148,14 +148,20 @@ fn notes(stress: &Stress) -> Vec<String> {
     notes
 }
 
-/// Verdicts by pairs, and what does not hold with its reason, as HTML.
-pub fn html(stress: &Stress) -> String {
+/// The pairs, in the order of the rows.
+fn pairs(stress: &Stress) -> Vec<&str> {
     let mut pairs: Vec<&str> = Vec::new();
     for row in &stress.rows {
         if !pairs.contains(&row.pair.as_str()) {
             pairs.push(&row.pair);
         }
     }
+    pairs
+}
+
+/// Verdicts by pairs, and what does not hold with its reason, as HTML.
+pub fn html(stress: &Stress) -> String {
+    let pairs = pairs(stress);
     let head = KINDS.map(|kind| format!("<th>{}</th>", word(kind))).concat();
     let mut rows = String::new();
     for pair in pairs {
@@ -201,12 +207,7 @@ pub fn count(stress: &Stress) -> String {
 
 /// A table for the README: cases by pairs.
 pub fn markdown(stress: &Stress) -> String {
-    let mut pairs: Vec<&str> = Vec::new();
-    for row in &stress.rows {
-        if !pairs.contains(&row.pair.as_str()) {
-            pairs.push(&row.pair);
-        }
-    }
+    let pairs = pairs(stress);
     let mut text =
         format!("| theme | case | {} |\n|---|---|{}\n", pairs.join(" | "), "---|".repeat(pairs.len()));
     let mut reasons: Vec<String> = Vec::new();

@@ -90,7 +90,7 @@ impl ResultKind {
             ResultKind::Fit => "fit",
             ResultKind::Reproduction => "reproduction",
             ResultKind::Cost => "cost study",
-            ResultKind::Stress => "stress",
+            ResultKind::Stress => "catalogue of hard cases",
         }
     }
 
