@@ -89,6 +89,12 @@ pub trait SubstepConstraint: Send {
 
 /// Answers contacts that the method of the run does not know of.
 pub trait ContactLaw: Send {
+    /// Adds the knots that it may look at or change within the coming step, some perhaps again: all `n_knots`,
+    /// where it does not know better.
+    fn knots(&self, n_knots: usize, knots: &mut Vec<usize>) {
+        knots.extend(0..n_knots);
+    }
+
     /// Changes velocities of knots and target for a (sub-)step of `step` seconds, after all
     /// constraints, and marks the knots it changed. `before` are the knots' velocities before the forces of
     /// the (sub-)step acted [m/s]; empty where none did.
@@ -430,6 +436,18 @@ impl Interactions {
                 constraint.knots(knots);
             }
         }
+    }
+
+    /// Those of `n_knots` that constraints and contact laws may look at or change within the coming step, each once.
+    pub fn reached_knots(&mut self, n_knots: usize, knots: &mut Vec<usize>) {
+        self.constrained_knots(knots);
+        for &index in &self.contacts {
+            if let Some(law) = self.list[index].effect.contacts() {
+                law.knots(n_knots, knots);
+            }
+        }
+        knots.sort_unstable();
+        knots.dedup();
     }
 
     fn each_constraint(&mut self, mut act: impl FnMut(&mut dyn SubstepConstraint)) {

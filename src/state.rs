@@ -13,12 +13,24 @@ use sha2::{Digest, Sha256};
 use elements::ElementNet;
 
 /// Positions and velocities of the knots, K entries each.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Knots {
     /// [m]
     pub position: Vec<Vector3<f64>>,
     /// [m/s]
     pub velocity: Vec<Vector3<f64>>,
+}
+
+impl Clone for Knots {
+    fn clone(&self) -> Knots {
+        Knots { position: self.position.clone(), velocity: self.velocity.clone() }
+    }
+
+    /// A derived one would ask for new memory.
+    fn clone_from(&mut self, from: &Knots) {
+        self.position.clone_from(&from.position);
+        self.velocity.clone_from(&from.velocity);
+    }
 }
 
 impl Knots {
@@ -77,11 +89,13 @@ impl Body {
     }
 
     /// `point` in the body frame [m].
+    #[inline]
     pub fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.attitude.inverse_transform_vector(&(point - self.position))
     }
 
     /// Velocity of the material point at `point` [m/s].
+    #[inline]
     pub fn velocity_at(&self, point: Vector3<f64>) -> Vector3<f64> {
         self.velocity + self.rate.cross(&(point - self.position))
     }
@@ -206,6 +220,7 @@ pub struct Contact {
 
 impl Contact {
     /// Knots that bear it, each with its weight: of a place on a cable both ends.
+    #[inline]
     pub fn bearers(&self) -> [(usize, f64); 2] {
         match self.along {
             None => [(self.knot, 1.0), (self.knot, 0.0)],
@@ -214,6 +229,7 @@ impl Contact {
     }
 
     /// What the knots' `values` are at the place of contact, as a weighted mean.
+    #[inline]
     pub fn at_place(&self, values: &[Vector3<f64>]) -> Vector3<f64> {
         match self.along {
             None => values[self.knot],
@@ -292,7 +308,7 @@ pub struct WinchCommand {
 }
 
 /// All of it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct State {
     /// Steps done.
     pub step: u64,
@@ -323,6 +339,41 @@ pub struct State {
 
     /// Written by `cables`: largest tension of each cable within the step [N].
     pub tension: Vec<f64>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> State {
+        let mut copy = State::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// In place: it is called at every step, and a derived one would ask for new memory.
+    fn clone_from(&mut self, from: &State) {
+        let State {
+            step,
+            time,
+            forces,
+            winch,
+            chaser,
+            knots,
+            elements,
+            inner,
+            totals,
+            target,
+            contacts,
+            tension,
+        } = from;
+        (self.step, self.time, self.winch, self.chaser) = (*step, *time, *winch, *chaser);
+        (self.totals, self.target) = (*totals, *target);
+        self.forces.on_knots.clone_from(&forces.on_knots);
+        (self.forces.on_target, self.forces.on_chaser) = (forces.on_target, forces.on_chaser);
+        self.knots.clone_from(knots);
+        self.elements.clone_from(elements);
+        self.inner.clone_from(inner);
+        self.contacts.clone_from(contacts);
+        self.tension.clone_from(tension);
+    }
 }
 
 impl State {

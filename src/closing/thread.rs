@@ -146,8 +146,10 @@ pub struct Thread {
 
     // Written by `begin`.
     segments: Vec<Segment>,
-    /// Gradient, and pull per tension, of each distinct knot.
-    sums: Vec<(Vector3<f64>, Vector3<f64>)>,
+    /// Gradient of each distinct knot.
+    gradient: Vec<Vector3<f64>>,
+    /// Pull per tension of each distinct knot.
+    pulls: Vec<Vector3<f64>>,
     inverse_mass: f64,
     length_at_start: f64,
 
@@ -197,7 +199,8 @@ impl Thread {
             friction,
             floor: 0.0,
             slots,
-            sums: vec![Default::default(); distinct.len()],
+            gradient: vec![Vector3::zeros(); distinct.len()],
+            pulls: vec![Vector3::zeros(); distinct.len()],
             distinct,
             inverse_mass: 0.0,
             length_at_start: 0.0,
@@ -283,12 +286,12 @@ impl Thread {
         self.ahead = None;
         self.length_at_start = 0.0;
         let mut from = self.position(0, knots);
-        for i in 0..self.segments.len() {
-            let to = self.position(i + 1, knots);
+        for (segment, &node) in self.segments.iter_mut().zip(&self.nodes[1..]) {
+            let to = node.place(knots, &self.anchor);
             let across = to - from;
             let length = across.norm();
             let along = if length > 0.0 { across / length } else { Vector3::zeros() };
-            self.segments[i] = Segment { length, along, share: 1.0, pull: Vector3::zeros() };
+            *segment = Segment { length, along, share: 1.0, pull: Vector3::zeros() };
             self.length_at_start += length;
             from = to;
         }
@@ -320,19 +323,21 @@ impl Thread {
         }
     }
 
-    /// w = Σ gⱼ · fⱼ / mⱼ, with the gradient g and the pull per tension f of each knot.
+    /// w = Σ gⱼ · fⱼ / mⱼ, with the gradient g and the pull per tension f of each knot; without friction they are the
+    /// same.
     fn weigh(&mut self, inverse_mass: &[f64]) -> f64 {
-        self.sums.fill(Default::default());
-        for (i, segment) in self.segments.iter().enumerate() {
-            for (slot, sign) in [(self.slots[i], -1.0), (self.slots[i + 1], 1.0)] {
-                if let Some(slot) = slot {
-                    self.sums[slot].0 += sign * segment.along;
-                    self.sums[slot].1 += sign * segment.share * segment.along;
-                }
-            }
+        self.gradient.fill(Vector3::zeros());
+        sum_up(&mut self.gradient, &self.segments, &self.slots, |segment| segment.along);
+        let gradients = self.distinct.iter().zip(&self.gradient);
+        if self.friction == 0.0 {
+            return gradients.map(|(&knot, gradient)| inverse_mass[knot] * gradient.dot(gradient)).sum();
         }
-        let sums = self.distinct.iter().zip(&self.sums);
-        sums.map(|(&knot, (gradient, pull))| inverse_mass[knot] * gradient.dot(pull)).sum()
+        self.pulls.fill(Vector3::zeros());
+        sum_up(&mut self.pulls, &self.segments, &self.slots, |segment| segment.share * segment.along);
+        gradients
+            .zip(&self.pulls)
+            .map(|((&knot, gradient), pull)| inverse_mass[knot] * gradient.dot(pull))
+            .sum()
     }
 
     /// Pulls as `ask` says; may be called again within a step, after other threads have pulled.
@@ -376,13 +381,12 @@ impl Thread {
     fn apply(&mut self, knots: &mut Knots, inverse_mass: &[f64], step: f64, impulse: f64) -> f64 {
         let mut largest = 0.0_f64;
         self.all_long = true;
-        for i in 0..self.segments.len() {
-            let segment = &self.segments[i];
-            let (a, b) = (self.nodes[i], self.nodes[i + 1]);
-            let inverse = |node: Node| match node {
-                Node::Knot(knot) => inverse_mass[knot],
-                Node::Anchor => 0.0,
-            };
+        let inverse = |node: Node| match node {
+            Node::Knot(knot) => inverse_mass[knot],
+            Node::Anchor => 0.0,
+        };
+        for (segment, nodes) in self.segments.iter_mut().zip(self.nodes.windows(2)) {
+            let [a, b] = [nodes[0], nodes[1]];
             let (inverse_a, inverse_b) = (inverse(a), inverse(b));
             let pair = inverse_a + inverse_b;
             let most = segment.share * impulse;
@@ -392,7 +396,7 @@ impl Thread {
                 most * segment.along
             } else {
                 self.all_long = false;
-                let parting = self.velocity(i + 1, knots) - self.velocity(i, knots);
+                let parting = b.velocity(knots) - a.velocity(knots);
                 let floor = self.floor.min(segment.length);
                 if nearer <= self.floor {
                     // No nearer than the floor at the end of the step, measured along the segment.
@@ -415,7 +419,7 @@ impl Thread {
                 if let Node::Knot(knot) = b {
                     knots.velocity[knot] -= inverse_b * change;
                 }
-                self.segments[i].pull = pull;
+                segment.pull = pull;
             }
         }
         largest.sqrt()
@@ -423,11 +427,11 @@ impl Thread {
 
     /// S(x + h v): its length after `step` seconds if nothing changes the velocities [m].
     pub fn length_after(&self, knots: &Knots, step: f64) -> f64 {
-        let at = |i: usize| self.position(i, knots) + step * self.velocity(i, knots);
-        let mut from = at(0);
+        let at = |node: &Node| node.place(knots, &self.anchor) + step * node.velocity(knots);
+        let mut from = at(&self.nodes[0]);
         let mut length = 0.0;
-        for i in 1..self.nodes.len() {
-            let to = at(i);
+        for node in &self.nodes[1..] {
+            let to = at(node);
             length += (to - from).norm();
             from = to;
         }
@@ -435,16 +439,42 @@ impl Thread {
     }
 
     fn position(&self, i: usize, knots: &Knots) -> Vector3<f64> {
-        match self.nodes[i] {
+        self.nodes[i].place(knots, &self.anchor)
+    }
+}
+
+impl Node {
+    /// Where it is [m].
+    fn place(self, knots: &Knots, anchor: &Vector3<f64>) -> Vector3<f64> {
+        match self {
             Node::Knot(knot) => knots.position[knot],
-            Node::Anchor => self.anchor,
+            Node::Anchor => *anchor,
         }
     }
 
-    fn velocity(&self, i: usize, knots: &Knots) -> Vector3<f64> {
-        match self.nodes[i] {
+    /// How fast it is [m/s]; the anchor stands.
+    fn velocity(self, knots: &Knots) -> Vector3<f64> {
+        match self {
             Node::Knot(knot) => knots.velocity[knot],
             Node::Anchor => Vector3::zeros(),
+        }
+    }
+}
+
+/// Adds to the knots at both ends of every segment what is `of` it: away from the first, towards the second.
+fn sum_up(
+    sums: &mut [Vector3<f64>],
+    segments: &[Segment],
+    slots: &[Option<usize>],
+    of: impl Fn(&Segment) -> Vector3<f64>,
+) {
+    for (segment, slots) in segments.iter().zip(slots.windows(2)) {
+        let part = of(segment);
+        if let Some(first) = slots[0] {
+            sums[first] -= part;
+        }
+        if let Some(second) = slots[1] {
+            sums[second] += part;
         }
     }
 }

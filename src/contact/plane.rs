@@ -32,6 +32,21 @@ pub struct ContactPlane {
     has_turned: bool,
 }
 
+/// A place of the net that might cross a plane within the (sub-)step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaceAtPlane {
+    /// Normal of the plane, local frame.
+    pub normal: Vector3<f64>,
+    /// The place, from the target's centre of mass [m].
+    pub arm: Vector3<f64>,
+    /// Gap now [m].
+    pub gap: f64,
+    /// Velocity relative to the plane [m/s].
+    pub velocity: Vector3<f64>,
+    /// Its part along the normal [m/s].
+    pub speed: f64,
+}
+
 /// When a row is needed, and what it is to reach.
 #[derive(Clone, Copy, Debug)]
 pub struct RowRules {
@@ -101,16 +116,17 @@ impl ContactPlane {
         (-gap - self.initial_overlap).max(0.0)
     }
 
-    /// Its row in a (sub-)step of `step` seconds, where it might be crossed within it; `turn` is the attitude of
-    /// `body`.
-    pub fn row(
+    /// The place before it in a (sub-)step of `step` seconds, where it might be crossed within it; `turn` is the
+    /// attitude of `body`. Most planes need no row: a row is five times as large, and made after this look.
+    #[inline]
+    pub fn look(
         &mut self,
         net: &impl NetMotion,
         body: &Body,
         turn: &Rotation3<f64>,
         step: f64,
-        rules: &RowRules,
-    ) -> Option<ContactRow> {
+        drawn_in: Option<f64>,
+    ) -> Option<PlaceAtPlane> {
         let (normal, weights) = (turn * self.normal, self.weights());
         // normal · (x − surface point) − radius, the surface point in the body frame.
         let arm = weights.sum(|knot| net.position(knot)) - body.position;
@@ -118,20 +134,35 @@ impl ContactPlane {
         let velocity = weights.sum(|knot| net.velocity(knot)) - body.velocity - body.rate.cross(&arm);
         let speed = normal.dot(&velocity);
         self.record.gap = self.record.gap.min(gap);
-        let margin = rules.drawn_in.map_or(0.0, |drawn_in| step * velocity.norm().max(drawn_in));
+        let margin = drawn_in.map_or(0.0, |drawn_in| step * velocity.norm().max(drawn_in));
         if gap >= margin && gap + step * speed >= 0.0 {
             self.impulse = 0.0;
             return None;
         }
-        let closing = if rules.parting.restitution > 0.0 {
+        Some(PlaceAtPlane { normal, arm, gap, velocity, speed })
+    }
+
+    /// Its row for a `place` that might cross it.
+    #[inline]
+    pub fn row(
+        &mut self,
+        place: &PlaceAtPlane,
+        net: &impl NetMotion,
+        body: &Body,
+        step: f64,
+        parting: &Parting,
+    ) -> ContactRow {
+        let PlaceAtPlane { normal, arm, velocity, speed, .. } = *place;
+        let weights = self.weights();
+        let closing = if parting.restitution > 0.0 {
             let before = weights.sum(|knot| net.velocity_before(knot));
             normal.dot(&(before - body.velocity - body.rate.cross(&arm)))
         } else {
             speed
         };
-        self.initial_overlap *= 1.0 - rules.parting.push_out.share_within(step);
-        let gap = gap + self.initial_overlap;
-        Some(ContactRow {
+        self.initial_overlap *= 1.0 - parting.push_out.share_within(step);
+        let gap = place.gap + self.initial_overlap;
+        ContactRow {
             weights,
             inverse_mass: weights.inverse_mass(net),
             radius: self.radius,
@@ -140,13 +171,14 @@ impl ContactPlane {
             gap,
             velocity,
             speed,
-            wanted_speed: rules.parting.wanted_speed(gap, closing, self.radius, step),
+            wanted_speed: parting.wanted_speed(gap, closing, self.radius, step),
             softness: 0.0,
             impulse: self.impulse,
             friction: Vector3::zeros(),
-        })
+        }
     }
 
+    #[inline]
     fn weights(&self) -> JacobianWeights {
         match self.record.along {
             None => JacobianWeights::of_knot(self.record.knot),

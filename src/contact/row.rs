@@ -88,26 +88,32 @@ pub struct MarkedKnots<'a> {
 }
 
 impl NetMotion for MarkedKnots<'_> {
+    #[inline]
     fn position(&self, knot: usize) -> Vector3<f64> {
         self.knots.position[knot]
     }
 
+    #[inline]
     fn velocity(&self, knot: usize) -> Vector3<f64> {
         self.knots.velocity[knot]
     }
 
+    #[inline]
     fn velocity_before(&self, knot: usize) -> Vector3<f64> {
         self.before.get(knot).copied().unwrap_or(self.knots.velocity[knot])
     }
 
+    #[inline]
     fn inverse_mass(&self, knot: usize) -> f64 {
         self.inverse_mass[knot]
     }
 
+    #[inline]
     fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
         self.knots.velocity[knot] += impulse * (weight * self.inverse_mass[knot]);
     }
 
+    #[inline]
     fn mark(&mut self, knot: usize) {
         self.touched[knot] = true;
     }
@@ -115,11 +121,13 @@ impl NetMotion for MarkedKnots<'_> {
 
 impl JacobianWeights {
     /// Those of one knot.
+    #[inline]
     pub fn of_knot(knot: usize) -> JacobianWeights {
         JacobianWeights::One([(knot, 1.0)])
     }
 
     /// All knots with their weights.
+    #[inline]
     pub fn all(&self) -> &[(usize, f64)] {
         match self {
             JacobianWeights::One(knots) => knots,
@@ -129,11 +137,13 @@ impl JacobianWeights {
     }
 
     /// The first knot.
+    #[inline]
     pub fn first(&self) -> usize {
         self.all()[0].0
     }
 
     /// The weighted sum of a quantity of the knots.
+    #[inline]
     pub fn sum(&self, of: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
         match *self {
             JacobianWeights::One([(knot, _)]) => of(knot),
@@ -145,6 +155,7 @@ impl JacobianWeights {
     }
 
     /// Σ wₖ² / mₖ [1/kg].
+    #[inline]
     pub fn inverse_mass(&self, net: &impl NetMotion) -> f64 {
         self.all().iter().map(|&(knot, weight)| weight * weight * net.inverse_mass(knot)).sum()
     }
@@ -152,17 +163,20 @@ impl JacobianWeights {
 
 impl ContactRow {
     /// One over the mass of both sides along `direction` [1/kg].
+    #[inline]
     pub fn inverse_mass_along(&self, direction: &Vector3<f64>, target: &InverseInertia) -> f64 {
         self.inverse_mass + self.arm.map_or(0.0, |arm| target.inverse_mass_along(direction, &arm))
     }
 
     /// Velocity of the net relative to the other side now [m/s].
+    #[inline]
     pub fn velocity_now(&self, net: &impl NetMotion, body: &Body) -> Vector3<f64> {
         let of_net = self.weights.sum(|knot| net.velocity(knot));
         of_net - self.arm.map_or_else(Vector3::zeros, |arm| body.velocity + body.rate.cross(&arm))
     }
 
     /// Gives `impulse` [N s] to the net, and takes it from the other side.
+    #[inline]
     pub fn apply(
         &self,
         impulse: &Vector3<f64>,
@@ -180,11 +194,13 @@ impl ContactRow {
     }
 
     /// Whether both are of one knot.
+    #[inline]
     pub fn is_of_the_knot_of(&self, other: &ContactRow) -> bool {
         matches!(self.weights, JacobianWeights::One(_)) && self.weights == other.weights
     }
 
     /// Impulse on the net along and across the normal [N s].
+    #[inline]
     pub fn whole_impulse(&self) -> Vector3<f64> {
         self.impulse * self.normal + self.friction
     }

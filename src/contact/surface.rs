@@ -108,6 +108,11 @@ impl SurfaceContacts {
         self.planes.iter().map(|plane| plane.record.knot)
     }
 
+    /// Knots that bear the contacts at the planes, those of several again.
+    pub fn bearers(&self) -> impl Iterator<Item = usize> {
+        self.planes.iter().flat_map(|plane| plane.record.bearers()).map(|(knot, _)| knot)
+    }
+
     /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.
     pub fn update(&mut self, state: &State, body: &Body, step: f64) {
         if let NormalSolver::GaussSeidel { lookahead: Some(lookahead), .. } = &mut self.solver.normal {
@@ -184,7 +189,8 @@ impl SurfaceContacts {
         // At the end of the step, if nothing is done.
         let depth = |row: &ContactRow| -(row.gap + step * row.speed);
         for (index, plane) in self.planes.iter_mut().enumerate() {
-            let Some(row) = plane.row(net, body, &turn, step, &self.rules) else { continue };
+            let Some(place) = plane.look(net, body, &turn, step, self.rules.drawn_in) else { continue };
+            let row = plane.row(&place, net, body, step, &self.rules.parting);
             // A knot between two parts: the one it is deeper in.
             if let (Some(last), Some(of)) = (rows.last_mut(), planes_of.last_mut())
                 && row.is_of_the_knot_of(last)

@@ -73,6 +73,12 @@ impl Effect for TouchingCables {
 }
 
 impl ContactLaw for TouchingCables {
+    /// Those of the planes, which stand for the whole step.
+    fn knots(&self, _n_knots: usize, knots: &mut Vec<usize>) {
+        let bearers = self.contacts.iter().flat_map(SurfaceContacts::bearers);
+        knots.extend(bearers);
+    }
+
     fn solve(
         &mut self,
         knots: &mut Knots,

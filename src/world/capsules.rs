@@ -72,6 +72,18 @@ pub struct CableDetector {
     parts: Parts,
     solids: Vec<ConvexPart>,
     capsules: Capsules,
+    /// Contacts as the engine has them, and their order; kept for their memory.
+    unsorted: Vec<Contact>,
+    order: Vec<PlaceInOrder>,
+}
+
+/// Where a contact stands in the order of cables, parts and places.
+#[derive(Clone, Copy)]
+struct PlaceInOrder {
+    cable: usize,
+    part: usize,
+    share: f64,
+    index: usize,
 }
 
 impl CableDetector {
@@ -79,7 +91,14 @@ impl CableDetector {
         let mut scan = Scan::new();
         let parts = Parts::insert(&mut scan, target, CABLES);
         let capsules = Capsules::insert(&mut scan, net);
-        CableDetector { scan, parts, solids: target.parts.clone(), capsules }
+        CableDetector {
+            scan,
+            parts,
+            solids: target.parts.clone(),
+            capsules,
+            unsorted: Vec::new(),
+            order: Vec::new(),
+        }
     }
 
     pub fn detect(&mut self, state: &State, body: &Body, margin: f64, contacts: &mut Vec<Contact>) {
@@ -91,16 +110,35 @@ impl CableDetector {
         for pair in self.scan.narrow_phase.contact_pairs() {
             self.add_places(pair, knots, body, contacts);
         }
+        self.sort(contacts);
+    }
+
+    /// Puts contacts in the order of cables, parts and places, and leaves one of those at the same place.
+    fn sort(&mut self, contacts: &mut Vec<Contact>) {
         let place = |contact: &Contact| contact.along.map_or((0, 0.0), |along| (along.cable, along.share));
-        contacts.sort_by(|one, other| {
-            let (one_at, other_at) = (place(one), place(other));
-            (one_at.0, one.part).cmp(&(other_at.0, other.part)).then(one_at.1.total_cmp(&other_at.1))
+        // By number: a contact is as large as nine numbers and more, and a sort moves it ten times.
+        self.order.clear();
+        self.order.extend(contacts.iter().enumerate().map(|(index, contact)| {
+            let (cable, share) = place(contact);
+            PlaceInOrder { cable, part: contact.part, share, index }
+        }));
+        self.order.sort_unstable_by(|one, other| {
+            let whole = |at: &PlaceInOrder| (at.cable, at.part);
+            let by_share = || one.share.total_cmp(&other.share);
+            whole(one).cmp(&whole(other)).then_with(by_share).then(one.index.cmp(&other.index))
         });
-        contacts.dedup_by(|later, kept| {
-            place(later).0 == place(kept).0
-                && later.part == kept.part
-                && place(later).1 - place(kept).1 < SAME_PLACE
-        });
+        self.unsorted.clear();
+        self.unsorted.append(contacts);
+        let mut last: Option<PlaceInOrder> = None;
+        for at in &self.order {
+            let is_same = |kept: PlaceInOrder| {
+                at.cable == kept.cable && at.part == kept.part && at.share - kept.share < SAME_PLACE
+            };
+            if !last.is_some_and(is_same) {
+                contacts.push(self.unsorted[at.index]);
+                last = Some(*at);
+            }
+        }
     }
 
     /// Adds the places of a pair of cable and part.

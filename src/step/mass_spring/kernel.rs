@@ -110,22 +110,33 @@ impl ExplicitNet {
 
     /// Takes positions and velocities over from `knots`, and the forces of effects [N].
     pub fn load(&mut self, knots: &Knots, forces: &[Vector3<f64>]) {
+        self.tell_secant(knots);
+        for (&at, (position, velocity)) in self.place.iter().zip(knots.position.iter().zip(&knots.velocity)) {
+            for axis in 0..3 {
+                self.position[axis][at] = position[axis];
+                self.velocity[axis][at] = velocity[axis];
+            }
+        }
+        if !forces.is_empty() {
+            for (&at, force) in self.place.iter().zip(forces) {
+                for axis in 0..3 {
+                    self.push[axis][at] = force[axis] * self.inverse_mass[at];
+                }
+            }
+        }
+    }
+
+    /// The secant force hears of the energy of `knots`, and whether one was moved from outside.
+    fn tell_secant(&mut self, knots: &Knots) {
+        let Some(secant) = &mut self.secant else { return };
         let (mut moved, mut kinetic) = (false, 0.0);
         for (knot, &at) in self.place.iter().enumerate() {
-            let force = forces.get(knot).copied().unwrap_or_default();
-            for axis in 0..3 {
-                moved |= self.position[axis][at] != knots.position[knot][axis];
-                self.position[axis][at] = knots.position[knot][axis];
-                self.velocity[axis][at] = knots.velocity[knot][axis];
-                self.push[axis][at] = force[axis] * self.inverse_mass[at];
-            }
+            moved |= (0..3).any(|axis| self.position[axis][at] != knots.position[knot][axis]);
             kinetic += 0.5 * knots.velocity[knot].norm_squared() / self.inverse_mass[at];
         }
-        if let Some(secant) = &mut self.secant {
-            secant.weigh(kinetic);
-            if moved {
-                secant.displace();
-            }
+        secant.weigh(kinetic);
+        if moved {
+            secant.displace();
         }
     }
 
@@ -153,23 +164,27 @@ impl ExplicitNet {
     }
 
     /// Position of a knot [m].
+    #[inline]
     pub fn position(&self, knot: usize) -> Vector3<f64> {
         let at = self.place[knot];
         Vector3::new(self.position[0][at], self.position[1][at], self.position[2][at])
     }
 
     /// Velocity of a knot [m/s].
+    #[inline]
     pub fn velocity(&self, knot: usize) -> Vector3<f64> {
         let at = self.place[knot];
         Vector3::new(self.velocity[0][at], self.velocity[1][at], self.velocity[2][at])
     }
 
     /// One over the mass of a knot [1/kg].
+    #[inline]
     pub fn inverse_mass(&self, knot: usize) -> f64 {
         self.inverse_mass[self.place[knot]]
     }
 
     /// Changes the velocity of a knot by an impulse [N s].
+    #[inline]
     pub fn push(&mut self, knot: usize, impulse: &Vector3<f64>) {
         self.pushed = true;
         let at = self.place[knot];
@@ -179,6 +194,7 @@ impl ExplicitNet {
     }
 
     /// Gives a knot a new velocity [m/s].
+    #[inline]
     pub fn set_velocity(&mut self, knot: usize, velocity: &Vector3<f64>) {
         self.pushed = true;
         let at = self.place[knot];

@@ -166,12 +166,7 @@ impl Stepper for MassSpring {
         self.contacts.update(state, step);
         clock.lap(&mut work.stages.contact);
 
-        if with.touch() {
-            self.reached.clear();
-            self.reached.extend(0..state.knots.position.len());
-        } else {
-            with.constrained_knots(&mut self.reached);
-        }
+        with.reached_knots(state.knots.position.len(), &mut self.reached);
         self.net.load(&state.knots, &state.forces.on_knots);
         // One more than may be: those end it.
         let tried = self.net.tried();
@@ -228,22 +223,27 @@ struct Kicked<'a> {
 }
 
 impl NetMotion for Kicked<'_> {
+    #[inline]
     fn position(&self, knot: usize) -> Vector3<f64> {
         self.net.position(knot)
     }
 
+    #[inline]
     fn velocity(&self, knot: usize) -> Vector3<f64> {
         self.net.velocity(knot)
     }
 
+    #[inline]
     fn velocity_before(&self, knot: usize) -> Vector3<f64> {
         self.before.get(knot).copied().unwrap_or_else(|| self.net.velocity(knot))
     }
 
+    #[inline]
     fn inverse_mass(&self, knot: usize) -> f64 {
         self.net.inverse_mass(knot)
     }
 
+    #[inline]
     fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
         self.net.push(knot, &(weight * impulse));
     }
