@@ -86,7 +86,7 @@ impl Holding {
                 "how long it holds: from {from} on, by cost, no setting is told apart from the finest (log-rank, {members}                  members each, adjusted for {comparisons} comparisons)"
             ),
             None if !self.can_tell => format!(
-                "how long it holds: {members} members cannot tell {comparisons} settings apart, a longer budget can"
+                "how long it holds: {members} members a setting are too few to tell anything apart, a longer budget can"
             ),
             None => "how long it holds: even the dearest setting is told apart from the finest".to_owned(),
         }
