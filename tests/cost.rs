@@ -10,10 +10,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
+use tumblenet::metrics::verdict::Capture;
 use tumblenet::step::mass_spring::dopri5;
 use tumblenet::study::cost::accuracy::Accuracy;
 use tumblenet::study::cost::calibration::calibrate;
 use tumblenet::study::cost::{self, Store, Study, StudyRequest};
+use tumblenet::study::ensemble::{self, EnsembleRequest};
+use tumblenet::study::log_rank::{self, LogRank};
 
 /// Keeps nothing.
 struct Forgetful;
@@ -109,8 +112,57 @@ fn quick_capture() -> Value {
         "distance_m": 0.3, "mass_kg": 1.0, "spin_rad_s": [0.5, 0.2, 0.0]
     });
     scene["effects"] = json!({ "friction": { "coefficient": 0.2 } });
-    scene["capture"] = json!({ "hold_s": 0.05 });
+    // Any enclosure counts, so that the short flight is held at times.
+    scene["capture"] = json!({ "hold_s": 0.02, "enclosed_min": 0.01, "mouth_max": 10.0 });
     scene
+}
+
+/// In `cost.json` every setting but the finest is set against its curve, and the advice counts the members.
+fn assert_curves_are_compared(study: &Value) {
+    let verdicts = study["verdicts"].as_array().unwrap();
+    assert!(verdicts[0]["holding"].is_null() && verdicts[0]["survival"]["members"].as_u64().unwrap() > 0);
+    for other in &verdicts[1..] {
+        let [p, adjusted] = ["p", "adjusted_p"].map(|key| other["holding"][key].as_f64().unwrap());
+        assert!(0.0 < p && p <= adjusted && adjusted <= 1.0, "{other}");
+    }
+    let holding = &study["advice"]["for_holding"];
+    assert_eq!(holding["comparisons"].as_u64().unwrap() as usize, verdicts.len() - 1);
+    assert_eq!(holding["members"], verdicts[1]["holding"]["members"][0]);
+}
+
+/// A target out of reach is never held: the study says nothing of how long.
+#[test]
+fn without_contact_nothing_is_said_of_how_long_it_holds() {
+    let mut scene = quick_capture();
+    scene["target"]["distance_m"] = json!(9.0);
+    let study = study(scene, 2.0);
+    assert!(!study.verdicts.is_empty());
+    assert!(study.verdicts.iter().all(|one| one.survival.is_none() && one.holding.is_none()));
+    assert!(study.advice.for_holding.is_none() && !study.advice.sentence.contains("how long"));
+}
+
+/// Two settings that differ, a thread and none, and two that do not, one scene with other seeds.
+#[test]
+fn survival_tells_a_thread_from_none_and_not_a_seed_from_another() {
+    let members = |name: &str, seed: u64| -> Vec<(Capture, f64)> {
+        let changes =
+            ["solver.cables=explicit", "solver.contact=impulse", "output.sample_s=0.01", "expect=null"];
+        let case = Case::load(name, &changes.map(str::to_owned)).unwrap();
+        let request = EnsembleRequest { members: 6, perturb_m: 1e-6, seed, at_most_s: None };
+        let members = ensemble::run(&case, &request, Vec::new(), |_| {});
+        let ends = members.into_iter().map(|member| member.outcome.unwrap());
+        ends.map(|summary| (summary.capture.unwrap(), summary.simulated_s)).collect()
+    };
+    let without = members("cubesat-spin-x-2.0", 1);
+    let mut tests = [
+        LogRank::of(&members("cubesat-spin-x-2.0-tube", 1), &without, 1),
+        LogRank::of(&members("cubesat-spin-x-2.0", 2), &without, 1),
+    ];
+    log_rank::adjust(&mut tests.each_mut());
+    let [thread, seed] = tests;
+    println!("thread {thread:?}, seed {seed:?}");
+    assert!(thread.told_apart() && thread.excess < 0.0 && thread.can_tell(2), "{thread:?}");
+    assert!(!seed.told_apart(), "{seed:?}");
 }
 
 #[test]
@@ -129,6 +181,7 @@ fn a_study_is_written_whole_and_kept() {
     let first = read();
     assert!(first["reference"]["first_contact_s"].as_f64().unwrap() > 0.0);
     assert!(first["verdicts"][0]["captured"]["of"].as_u64().unwrap() >= 2);
+    assert_curves_are_compared(&first);
     assert!(first["provenance"]["command"].as_str().unwrap().contains("cost quick.json"));
     let refused = first["settings"].as_array().unwrap().iter().find(|one| one["label"] == "explicit+rapier");
     assert!(refused.unwrap()["without"].as_str().unwrap().starts_with("refused"));
@@ -137,7 +190,9 @@ fn a_study_is_written_whole_and_kept() {
     assert_eq!(rows.records().count(), first["settings"].as_array().unwrap().len());
     let page = std::fs::read_to_string(out.join("cost.html")).unwrap();
     assert!(!page.contains("{{") && page.contains("The engine is built with"));
-    for name in ["work-precision", "trust", "verdicts", "stability"] {
+    assert!(page.contains("log-rank against the finest"));
+    assert!(String::from_utf8_lossy(&done.stdout).contains("how long it holds: "), "{done:?}");
+    for name in ["work-precision", "trust", "verdicts", "survival", "stability"] {
         let svg = std::fs::read_to_string(out.join(name).with_extension("svg")).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf\""), "{name}");
         assert!(page.contains(&svg), "{name} stands in the page");

@@ -189,3 +189,31 @@ fn every_scene_does_what_it_expects_and_keeps_what_must_be_kept() {
         .collect();
     assert!(missed.is_empty(), "{missed:#?}");
 }
+
+/// The inertia that is published for the dead Envisat has its least moment along the long axis and leaves a free spin about x
+/// to turn by its products, I w' = -w x I w.
+#[test]
+fn envisat_with_its_published_inertia_turns_as_that_says() {
+    let changes = ["target.shape=envisat-inertia", "target.mass_kg=7827.867", "duration_s=1", "expect=null"];
+    let case = Case::load("envisat-spin-x-0.5", &changes.map(str::to_owned)).unwrap();
+    let target = case.target().unwrap();
+    let mut moments: Vec<f64> = target.inertia.symmetric_eigenvalues().iter().copied().collect();
+    moments.sort_by(f64::total_cmp);
+    // Of the published matrix, by Jacobi rotations elsewhere.
+    for (found, published) in moments.iter().zip([16_979.74, 124_801.21, 129_180.25]) {
+        assert!((found / published - 1.0).abs() < 1e-6, "{moments:?}");
+    }
+    let start = nalgebra::Vector3::new(0.5, 0.0, 0.0);
+    let rate = target.inertia.try_inverse().unwrap() * (target.inertia * start).cross(&start);
+    let run = crate::common::run(&case);
+    let body = run.frames.target.last().unwrap();
+    let spin = body.attitude.inverse() * body.rate;
+    // Second order in the second that passed: rates change by at most w t = 0.5 of themselves.
+    for axis in [1, 2] {
+        println!("{axis}: {} for {} rad/s", spin[axis], rate[axis]);
+        assert!(
+            spin[axis] * rate[axis] > 0.0 && (spin[axis] - rate[axis]).abs() < 0.5 * rate.norm(),
+            "{spin} {rate}"
+        );
+    }
+}

@@ -145,3 +145,34 @@ fn what_a_method_cannot_do_is_refused_with_its_limit() {
     refused(&["solver.contact=penalty", "solver.restitution=0.5"], "solver.restitution", "alpha");
     refused(&["solver.contact=impulse", "solver.substeps=4"], "solver.substeps", "1");
 }
+
+/// Hertz's peak force in closed form, m v^2 / 2 = k d^2.5 / 2.5 and F = k d^1.5 with Eq. 4.3 and 4.4: four bullets of a slack net
+/// meet a wall at 1.5 m/s. Their force is that of the law itself, whatever the step that it is looked at in.
+#[test]
+fn the_peak_of_a_hertz_contact_is_that_of_the_closed_form() {
+    let scene = serde_json::json!({
+        "title": "wall", "duration_s": 0.15,
+        "net": { "meshes": [1, 1], "mesh_length_m": 0.2, "bullet_mass_kg": 0.5,
+                 "cable": { "material": "nylon", "diameter_m": 0.001 } },
+        "launch": { "speed_m_s": 1.5, "angle_deg": 0.0 },
+        "target": { "shape": { "parts": [{ "cuboid": [0.1, 0.6, 0.6] }] }, "distance_m": 0.2, "motion": "fixed" },
+        "capture": { "hold_s": 0.05 },
+        "solver": { "cables": "explicit", "contact": "penalty", "penalty": { "law": "hertz" } }
+    });
+    // Measured 3.1e-7 and 2.6e-6 of it.
+    for (step, bound) in [(2e-6, 1e-6), (2e-5, 2e-5)] {
+        let mut source = common::source_of(scene.clone());
+        source.set(&[format!("solver.step_s={step:e}")]).unwrap();
+        let case = Case::build(&source).unwrap();
+        let net = case.net();
+        let bullet = net.bullets[0];
+        let compliance = |modulus: f64, ratio: f64| (1.0 - ratio * ratio) / (std::f64::consts::PI * modulus);
+        let both = compliance(net.young_modulus[bullet], 0.4) + compliance(7e10, 0.33);
+        let stiffness = 4.0 * net.radius[bullet].sqrt() / (3.0 * std::f64::consts::PI * both);
+        let depth = (0.5 * net.mass[bullet] * 1.5 * 1.5 * 2.5 / stiffness).powf(0.4);
+        let found = run(&case).0.extremes;
+        let peak = stiffness * depth.powf(1.5);
+        println!("{step:e}: {} N for {peak} N", found.force);
+        common::below(&format!("{step:e} s"), (found.force / peak - 1.0).abs(), bound);
+    }
+}

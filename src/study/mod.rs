@@ -4,6 +4,7 @@ pub mod compare;
 pub mod cost;
 pub mod ensemble;
 pub mod experiment;
+pub mod log_rank;
 pub mod reproduce;
 pub mod settle;
 pub mod stress;

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
 use crate::metrics::summary::Summary;
-use crate::metrics::verdict::Verdict;
+use crate::metrics::verdict::{Capture, Verdict};
 
 /// Share still held over time since it was first held.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -59,30 +59,38 @@ pub struct SurvivalStep {
 
 /// How one member left the watch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Watched {
+pub(super) struct Watched {
     /// For how long it was under watch [s]; infinite for one that settled.
-    time: f64,
+    pub(super) time: f64,
     /// Whether it was lost then.
-    lost: bool,
+    pub(super) lost: bool,
+}
+
+impl Watched {
+    /// The member of this verdict, whose run ended at `end` [s]; nothing when it was never held.
+    pub(super) fn of(capture: &Capture, end: f64) -> Option<Watched> {
+        let from = capture.enclosed_at_s?;
+        Some(match capture.first_lost_at_s {
+            Some(lost) => Watched { time: lost - from, lost: true },
+            None if capture.verdict == Verdict::HeldSettled => Watched { time: f64::INFINITY, lost: false },
+            None => Watched { time: end - from, lost: false },
+        })
+    }
 }
 
 impl Survival {
     /// Of members with these summaries; nothing when none was ever held.
     pub fn of(summaries: &[&Summary]) -> Option<Survival> {
-        let judged = || summaries.iter().filter_map(|summary| Some((summary.capture?, summary.simulated_s)));
-        let watched: Vec<Watched> = judged()
-            .filter_map(|(capture, end)| {
-                let from = capture.enclosed_at_s?;
-                Some(match capture.first_lost_at_s {
-                    Some(lost) => Watched { time: lost - from, lost: true },
-                    None if capture.verdict == Verdict::HeldSettled => {
-                        Watched { time: f64::INFINITY, lost: false }
-                    }
-                    None => Watched { time: end - from, lost: false },
-                })
-            })
-            .collect();
-        let longest = judged().map(|(capture, end)| end - capture.enclosed_at_s.unwrap_or(end));
+        let judged: Vec<(Capture, f64)> =
+            summaries.iter().filter_map(|summary| Some((summary.capture?, summary.simulated_s))).collect();
+        Survival::of_captures(&judged)
+    }
+
+    /// Of members with these verdicts and ends of their runs [s]; nothing when none was ever held.
+    pub fn of_captures(judged: &[(Capture, f64)]) -> Option<Survival> {
+        let watched: Vec<Watched> =
+            judged.iter().filter_map(|(capture, end)| Watched::of(capture, *end)).collect();
+        let longest = judged.iter().map(|(capture, end)| end - capture.enclosed_at_s.unwrap_or(*end));
         let until = longest.fold(0.0, f64::max);
         let settled = watched.iter().filter(|w| w.time.is_infinite()).count();
         let lost = watched.iter().filter(|w| w.lost).count();
@@ -91,7 +99,7 @@ impl Survival {
         censored.sort_by(f64::total_cmp);
         (!watched.is_empty()).then(|| Survival {
             members: watched.len(),
-            never_held: judged().count() - watched.len(),
+            never_held: judged.len() - watched.len(),
             lost,
             settled,
             censored: censored.len(),

@@ -509,13 +509,15 @@ mod tests {
             ("cubesat-3u", 1, 0.003, 0.3),
             ("cylinder-0.075x0.3", 1, cylinder(0.075, 0.3), 0.3),
             ("envisat", 3, envisat, 5.0 + 11.7575 + 8.667 / 2.0),
+            ("envisat-inertia", 3, envisat, 5.0 + 11.7575 + 8.667 / 2.0),
             ("envisat-mockup", 3, mockup, 0.165 / 2.0 + 0.194 + 0.143 / 2.0),
             ("panel-satellite", 3, 1.0 + 2.0 * 0.02, 5.0),
             ("zenit-2-second-stage", 1, cylinder(1.95, 11.047), 11.047),
         ];
         assert_eq!(crate::assets::Kind::Shape.names(), expected.map(|row| row.0));
         for (name, n_parts, volume, length) in expected {
-            let target = build(json!({ "shape": name, "distance_m": 1.0, "mass_kg": 10.0 }), None).unwrap();
+            // Heavy enough for the inertia that one of them has.
+            let target = build(json!({ "shape": name, "distance_m": 1.0, "mass_kg": 8000.0 }), None).unwrap();
             assert_eq!(target.parts.len(), n_parts, "{name}");
             let is_sources = name != "panel-satellite"; // made up
             let says = |part: &ConvexPart| part.name.as_ref().is_some_and(|n| n.contains("Table"));

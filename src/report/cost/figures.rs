@@ -5,10 +5,11 @@ use plotters::style::RGBColor;
 use super::others;
 use crate::report::page::Figure;
 use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colour, dashed};
+use crate::report::survival;
 use crate::study::cost::advice::{length, seconds};
-use crate::study::cost::dials::FAMILIES;
+use crate::study::cost::dials::{AS_WRITTEN, FAMILIES};
 use crate::study::cost::map::{Map, UNSTABLE};
-use crate::study::cost::verdicts::Agreement;
+use crate::study::cost::verdicts::{Agreement, Verdicts};
 use crate::study::cost::{MeasuredSetting, Study};
 
 /// Families of the diagram that are one point or a bundle, not a line.
@@ -19,7 +20,21 @@ const QUIET: f64 = 1e-3;
 
 /// All figures; one that does not apply has no panels.
 pub fn all(study: &Study) -> Vec<Figure> {
-    vec![work_precision(study), trust(study), convergence(study), verdicts(study), stability(study)]
+    let after = [verdicts(study), survival::figure(&curves(study))];
+    [work_precision(study), trust(study), convergence(study)]
+        .into_iter()
+        .chain(after)
+        .chain([stability(study)])
+        .collect()
+}
+
+/// Curves of survival: the finest's, then each that is told apart from it; of those that are not, the scene's as written.
+fn curves(study: &Study) -> Vec<survival::Named<'_>> {
+    let is_shown =
+        |one: &&Verdicts| one.label == AS_WRITTEN || one.holding.is_none_or(|test| test.told_apart());
+    let shown = study.verdicts.iter().filter(is_shown);
+    let curves = shown.filter_map(|one| Some((one.label.clone(), one.survival.as_ref()?)));
+    curves.enumerate().map(|(series, (name, survival))| survival::Named { name, series, survival }).collect()
 }
 
 fn line(points: Vec<(f64, f64)>, colour: RGBColor, width: u32, dashed: bool) -> Mark {

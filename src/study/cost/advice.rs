@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::Study;
 use super::dials::AS_WRITTEN;
 use super::verdicts::{Agreement, Verdicts};
+use crate::study::log_rank::LogRank;
 
 /// Accuracies that advice is given for [m].
 const LEVELS: [f64; 7] = [1e-2, 5e-3, 1e-3, 5e-4, 1e-4, 1e-5, 1e-6];
@@ -22,6 +23,9 @@ pub struct Advice {
     pub levels: Vec<Level>,
     /// The cheapest setting whose verdicts nothing tells apart from the finest's.
     pub for_verdict: Option<String>,
+    /// From which setting on curves of survival cannot be told apart; absent where nothing is held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub for_holding: Option<Holding>,
     /// What is wrong with which setting.
     pub warnings: Vec<String>,
 }
@@ -39,6 +43,54 @@ pub struct Level {
     pub error_m: f64,
     /// Its cost [s/s].
     pub cost: f64,
+}
+
+/// From which setting on, by cost, nothing tells how long a target is held from the finest's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Holding {
+    /// The cheapest setting such that neither it nor a dearer one is told apart; null when the dearest is, or too few
+    /// members could tell.
+    pub from: Option<String>,
+    /// Labels of those that are told apart.
+    pub told_apart: Vec<String>,
+    /// Comparisons that the chances are adjusted for.
+    pub comparisons: usize,
+    /// Members of each setting, the fewest.
+    pub members: usize,
+    /// Whether so few could tell anything apart.
+    pub can_tell: bool,
+}
+
+impl Holding {
+    /// That of a study; nothing where no curve was compared.
+    fn of(study: &Study) -> Option<Holding> {
+        let compared = || study.verdicts.iter().filter_map(|one| Some((one, one.holding.as_ref()?)));
+        let comparisons = compared().count();
+        let members = compared().flat_map(|(_, test)| test.members).min()?;
+        let told_apart = compared().filter(|(_, test)| test.told_apart());
+        let told_apart: Vec<String> = told_apart.map(|(one, _)| one.label.clone()).collect();
+        let can_tell = compared().all(|(_, test)| test.can_tell(comparisons));
+        let mut by_cost: Vec<(&Verdicts, &LogRank)> =
+            compared().filter(|(one, _)| is_sound(study, one)).collect();
+        by_cost.sort_by(|a, b| b.0.cost.total_cmp(&a.0.cost));
+        let alike = by_cost.into_iter().take_while(|(_, test)| !test.told_apart());
+        let from = alike.last().filter(|_| can_tell).map(|(one, _)| one.label.clone());
+        Some(Holding { from, told_apart, comparisons, members, can_tell })
+    }
+
+    /// In a sentence, with neither capital nor full stop.
+    fn words(&self) -> String {
+        let Holding { members, comparisons, .. } = self;
+        match &self.from {
+            Some(from) => format!(
+                "how long it holds: from {from} on, by cost, no setting is told apart from the finest (log-rank, {members}                  members each, adjusted for {comparisons} comparisons)"
+            ),
+            None if !self.can_tell => format!(
+                "how long it holds: {members} members a setting are too few to tell anything apart, a longer budget can"
+            ),
+            None => "how long it holds: even the dearest setting is told apart from the finest".to_owned(),
+        }
+    }
 }
 
 impl Level {
@@ -60,10 +112,12 @@ impl Advice {
         let levels: Vec<Level> =
             LEVELS.into_iter().filter_map(|accuracy| Level::of(study, accuracy)).collect();
         let for_verdict = verdict(study);
+        let for_holding = Holding::of(study);
         let warnings = study.settings.iter().filter(|one| !one.warnings.is_empty());
         Advice {
-            sentence: sentence(study, &levels, for_verdict),
+            sentence: sentence(study, &levels, for_verdict, for_holding.as_ref()),
             for_verdict: for_verdict.map(|verdicts| verdicts.label.clone()),
+            for_holding,
             levels,
             warnings: warnings.map(|one| format!("{}: {}", one.label, one.warnings.join("; "))).collect(),
         }
@@ -72,19 +126,24 @@ impl Advice {
 
 /// The cheapest setting of the same equations whose distribution agrees with the finest's.
 fn verdict(study: &Study) -> Option<&Verdicts> {
-    let sound = |verdicts: &&Verdicts| {
-        study.settings.iter().any(|one| {
-            one.label == verdicts.label
-                && one.kind != super::dials::DialKind::Model
-                && one.warnings.is_empty()
-        })
-    };
-    let agreeing =
-        study.verdicts.iter().filter(|verdicts| verdicts.agreement == Agreement::Agrees).filter(sound);
+    let agreeing = study.verdicts.iter().filter(|verdicts| verdicts.agreement == Agreement::Agrees);
+    let agreeing = agreeing.filter(|verdicts| is_sound(study, verdicts));
     agreeing.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
-fn sentence(study: &Study, levels: &[Level], verdict: Option<&Verdicts>) -> String {
+/// Whether these are of the same equations, and nothing is wrong with the setting.
+fn is_sound(study: &Study, verdicts: &Verdicts) -> bool {
+    study.settings.iter().any(|one| {
+        one.label == verdicts.label && one.kind != super::dials::DialKind::Model && one.warnings.is_empty()
+    })
+}
+
+fn sentence(
+    study: &Study,
+    levels: &[Level],
+    verdict: Option<&Verdicts>,
+    holding: Option<&Holding>,
+) -> String {
     let mut parts = Vec::new();
     // The accuracy asked for, or the nearest that is reached.
     let level = levels.iter().find(|level| level.accuracy_m <= ASKED * 1.001).or(levels.last());
@@ -111,6 +170,7 @@ fn sentence(study: &Study, levels: &[Level], verdict: Option<&Verdicts>) -> Stri
         ),
         None => {}
     }
+    parts.extend(holding.map(Holding::words));
     if let Some(written) = study.settings.iter().find(|one| one.family == AS_WRITTEN)
         && let (Some(cost), Some(error)) =
             (written.cost, study.windows().len().checked_sub(1).and_then(|last| written.error(last)))

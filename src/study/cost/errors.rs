@@ -74,6 +74,8 @@ pub struct Ending {
     pub max_penetration_m: f64,
     /// Cables that pass through the target at the end.
     pub through: usize,
+    /// When the run ended [s].
+    pub end_s: f64,
 }
 
 /// Work done, in counts that are the same on every machine.
@@ -197,6 +199,7 @@ impl Ending {
             first_contact_s: run.extremes.first_contact,
             max_penetration_m: run.extremes.penetration,
             through: through(case, run),
+            end_s: run.frames.time.last().copied().unwrap_or(0.0),
         })
     }
 }

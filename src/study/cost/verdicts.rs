@@ -2,7 +2,8 @@
 //!
 //! Each setting is run as an ensemble, member i perturbed alike in all of them, and set against the
 //! ensemble of the finest: share captured with its exact interval, quartiles of the capture quality
-//! index with intervals that assume nothing about its distribution (order statistics).
+//! index with intervals that assume nothing about its distribution (order statistics). How long it holds is a
+//! [`Survival`] curve, and whether two of them differ says [`log_rank`], adjusted for all settings of the study.
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -15,8 +16,11 @@ use super::dials::{AS_WRITTEN, DialKind, Setting};
 use super::errors::Ending;
 use super::timing::timed;
 use crate::case::Case;
+use crate::metrics::verdict::Capture;
 use crate::scene::Source;
 use crate::study::ensemble::{self, EnsembleRequest, Share};
+use crate::study::log_rank::{self, LogRank};
+use crate::study::survival::Survival;
 use crate::work::Work;
 
 /// Perturbation of an ensemble [m], as that of `run --ensemble`.
@@ -73,8 +77,15 @@ pub struct Verdicts {
     pub failed: usize,
     /// Processor time per simulated second, median over the members [s/s].
     pub cost: f64,
-    /// Whether it is told apart from the reference ensemble.
+    /// Whether it is told apart from the reference ensemble, by share captured and quality.
     pub agreement: Agreement,
+    /// How long it holds; absent where no member was ever held, or nothing touched.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub survival: Option<Survival>,
+    /// Whether that is told apart from the reference ensemble's curve; absent for that itself, and where in no setting
+    /// anything touched or was held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holding: Option<LogRank>,
 }
 
 /// Whether a distribution is told apart from that of the reference ensemble.
@@ -143,7 +154,33 @@ pub fn distributions(
             other.agreement = other.against(finest);
         }
     }
+    compare_curves(&mut verdicts, &members, asked.seed);
     verdicts
+}
+
+/// Sets every curve against the first; silent where nothing touched, or was ever held.
+fn compare_curves(verdicts: &mut [Verdicts], members: &[Vec<VerdictMember>], seed: u64) {
+    let endings = || members.iter().flatten().filter_map(|member| member.outcome.as_ref().ok());
+    if !endings().any(|end| end.first_contact_s.is_some())
+        || !endings().any(|end| end.capture.enclosed_at_s.is_some())
+    {
+        return;
+    }
+    let judged = members.iter().map(|members| judged(members)).filter(|judged| !judged.is_empty());
+    let judged: Vec<Vec<(Capture, f64)>> = judged.collect();
+    for (verdicts, judged_here) in verdicts.iter_mut().zip(&judged) {
+        verdicts.survival = Survival::of_captures(judged_here);
+        let is_finest = verdicts.agreement == Agreement::Finest;
+        verdicts.holding = (!is_finest).then(|| LogRank::of(judged_here, &judged[0], seed));
+    }
+    let mut tests: Vec<&mut LogRank> = verdicts.iter_mut().filter_map(|one| one.holding.as_mut()).collect();
+    log_rank::adjust(&mut tests);
+}
+
+/// Verdicts of the members that were finished, each with the end of its run [s].
+fn judged(members: &[VerdictMember]) -> Vec<(Capture, f64)> {
+    let ends = members.iter().filter_map(|member| member.outcome.as_ref().ok());
+    ends.map(|end| (end.capture, end.end_s)).collect()
 }
 
 /// The cases and the number of members of each that `asked.seconds` pay for: of all cases, or of those that are left
@@ -228,6 +265,8 @@ impl Verdicts {
             failed: members.len() - ends.len(),
             cost: costs[costs.len() / 2],
             agreement: Agreement::Finest,
+            survival: None,
+            holding: None,
         })
     }
 
