@@ -154,6 +154,8 @@ pub trait EffectOutput: Send {
 pub struct Report {
     /// Its block of the summary: keys and values.
     pub numbers: Vec<(&'static str, Value)>,
+    /// Work that it did beyond what its drives put in [J]: made by the method, not by the scene.
+    pub surplus: f64,
     /// What began to act, and when; no time if it waited in vain [s].
     pub start: Option<(&'static str, Option<f64>)>,
     /// From when to when the capture is put to the test by it [s].

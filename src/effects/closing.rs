@@ -261,6 +261,8 @@ impl EffectOutput for ClosingThreads {
                 ("lost_j", json!(tally.work - self.passed_on)),
                 ("latches", json!(self.mechanism.n_latches())),
             ],
+            // A thread loses at the knots; it gives no more than it got.
+            surplus: (self.passed_on - tally.work).max(0.0),
             start: Some(("winches start", self.triggered)),
             trial: None,
             threads: self.mechanism.ways().zip(&self.stops).enumerate().map(thread).collect(),
