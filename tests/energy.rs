@@ -168,3 +168,26 @@ fn four_bullets_rebound_as_the_damping_ratio_says() {
         }
     }
 }
+
+/// What a thread does to the knots beyond the work of its winches comes from nowhere, whatever the ledger takes it for. Threads of
+/// the engine's joints answer each step for the one before, and with 10 N give twice what their winches do.
+#[test]
+fn what_a_thread_gives_beyond_its_winches_is_created() {
+    for tension in [1.0, 10.0] {
+        let changes = ["duration_s=1.5", "expect=null", "target.spin_rad_s=[2.7,0,0]"].map(str::to_owned);
+        let tension = [format!("effects.closing.max_tension_n={tension}")];
+        let case = Case::load("cubesat-spin-x-2.0-tube", &[&changes[..], &tension].concat()).unwrap();
+        let run = common::run(&case);
+        let closing = run.reports.iter().find(|(name, _)| *name == "closing").unwrap();
+        let lost = closing.1.numbers.iter().find(|(name, _)| *name == "lost_j").unwrap();
+        let given_beyond = -lost.1.as_f64().unwrap();
+        let scale = case.net().launch_energy() + run.frames.ledger.last().unwrap().put_in;
+        let kept = Conservation::of(&case, &run);
+        assert!(
+            kept.energy_created * scale >= given_beyond,
+            "{tension:?}: {given_beyond} of {scale} {kept:?}"
+        );
+        // The least is what an ordinary thread loses at the knots.
+        assert!(given_beyond > -0.3, "{given_beyond}");
+    }
+}
