@@ -24,8 +24,7 @@ pub struct Conservation {
     /// the interval of the frames.
     pub energy_rise: f64,
     /// Largest rise of all energy above any earlier minimum, looked at after every step, less the work from
-    /// outside, and what closing threads gave beyond the work of their winches; over the launch energy and the work put
-    /// in [-].
+    /// outside; over the launch energy and the work put in [-].
     pub energy_created: f64,
     /// Kinetic, elastic and stored energy at the start [J].
     pub energy_start_j: f64,
@@ -67,14 +66,12 @@ impl Conservation {
         let closed: Vec<f64> = frames.ledger.iter().map(Ledger::closed).collect();
         let rise = largest(closed.windows(2).map(|pair| pair[1] - pair[0]));
         let ledger = &frames.ledger[last];
-        // The ledger takes what an effect does to the net as put in from outside, whoever did it.
-        let surplus: f64 = run.reports.iter().map(|(_, report)| report.surplus).sum();
         Conservation {
             momentum_residual: relative(momentum, momentum_scale),
             angular_momentum_residual: relative(angular, angular_scale),
             energy_residual: relative(residual, energy_scale),
             energy_rise: relative(rise, energy_scale),
-            energy_created: relative(ledger.created + surplus, energy_scale + ledger.put_in),
+            energy_created: relative(ledger.created, energy_scale + ledger.put_in),
             energy_start_j: frames.ledger[0].mechanical(),
             energy_end_j: frames.ledger[last].mechanical(),
         }

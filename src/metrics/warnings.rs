@@ -8,6 +8,7 @@
 //! | a cable bore more than its breaking tension | after |
 //! | a bullet left the reach of the scene | after |
 //! | the method created energy | after |
+//! | a closing thread gave more than its winches put in | after |
 
 use super::capture::Curves;
 use super::conservation::{CREATED, Conservation};
@@ -47,7 +48,21 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
             kept.energy_created
         ));
     }
+    warnings.extend(surplus(case, run));
     warnings
+}
+
+/// The ledger takes what an effect does to the net as put in from outside; what its drives did not put in, the method did.
+fn surplus(case: &Case, run: &Run) -> Option<String> {
+    let surplus: f64 = run.reports.iter().map(|(_, report)| report.surplus).sum();
+    let launch = case.net().launch_energy();
+    let put_in = run.frames.ledger.last().map_or(0.0, |ledger| ledger.put_in);
+    (surplus > CREATED * (launch + put_in)).then(|| {
+        format!(
+            "the closing thread gave the net {surplus:.2e} J more than its winches put in, with {launch:.2e} J of the launch: an \
+             error of the method that energy_created leaves out"
+        )
+    })
 }
 
 fn wide_meshes(case: &Case, target: &Target) -> Option<String> {
