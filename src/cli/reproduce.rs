@@ -152,20 +152,18 @@ fn compared(scene: &str, pairs: &[String; 2], members: usize, limits: Limits) ->
 fn figures(claims: &Claims, quick: bool, out: &Path, limits: Limits) -> Result<Vec<(Figure, String)>, Error> {
     let mut drawn = Vec::new();
     for figure in claims.figures.iter().filter(|figure| figure.quick || !quick) {
-        let mut problems = Problems::new(&figure.number);
-        let words =
+        let request =
             FigureWords { of: vec![figure.of.clone()], at: figure.at.clone(), ..FigureWords::default() };
-        let request = words.read(&mut problems);
+        let mut problems = Problems::new(&figure.number);
+        let request = request.read(&mut problems);
+        let request = problems.into_result(request)?;
         let (mut runs, mut folders) = (Vec::new(), Vec::new());
         for run in &figure.runs {
             let folder = out.join("runs").join(run.folder());
             runs.push(ShownRun { label: run.label.clone(), run: recorded(run, &folder, limits)? });
             folders.push(folder.display().to_string());
         }
-        let Some((request, kinds)) = request.and_then(|request| Some((request.clone(), request.of?))) else {
-            return Err(problems.into());
-        };
-        for kind in kinds {
+        for &kind in request.of.iter().flatten() {
             let (mut shown, svg) = request
                 .drawn(kind, &runs)
                 .map_err(|error| WriteError::new(&out.join("reproduce.html"), error))?;

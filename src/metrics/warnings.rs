@@ -11,7 +11,7 @@
 //! | a closing thread gave more than its winches put in | after |
 
 use super::capture::Curves;
-use super::conservation::{CREATED, Conservation};
+use super::conservation::{CREATED, Conservation, energy_at_hand};
 use crate::case::Case;
 use crate::run::Run;
 use crate::target::Target;
@@ -55,9 +55,9 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
 /// The ledger takes what an effect does to the net as put in from outside; what its drives did not put in, the method did.
 fn surplus(case: &Case, run: &Run) -> Option<String> {
     let surplus: f64 = run.reports.iter().map(|(_, report)| report.surplus).sum();
-    let launch = case.net().launch_energy();
-    let put_in = run.frames.ledger.last().map_or(0.0, |ledger| ledger.put_in);
-    (surplus > CREATED * (launch + put_in)).then(|| {
+    let at_hand = energy_at_hand(case, run.frames.ledger.last()?);
+    (surplus > CREATED * at_hand).then(|| {
+        let launch = case.net().launch_energy();
         format!(
             "the closing thread gave the net {surplus:.2e} J more than its winches put in, with {launch:.2e} J of the launch: an \
              error of the method that energy_created leaves out"

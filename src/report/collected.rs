@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::files::{self, WriteError};
 use super::page::{self, Figure, ResultPage, escape};
+use super::plots::MOST_PENS;
 use super::survival::{self, Named};
 use super::table::number;
 use crate::metrics::summary::Summary;
@@ -23,9 +24,6 @@ const DEEPEST: usize = 6;
 
 /// Most results of a page.
 const MOST_PARTS: usize = 500;
-
-/// Most survival curves of a figure: more look alike.
-const MOST_CURVES: usize = 8;
 
 /// The results in `folders`, in the order of the page: of a folder without any those of the folders in it. A result that
 /// cannot be read is a fault, and so is a folder with none. `out` is where the page will be, for its links.
@@ -168,11 +166,11 @@ fn others(parts: &[CollectedPart]) -> String {
     page::table("<th>result</th><th>of</th><th>found</th>", &rows)
 }
 
-/// Survival of all ensembles in the same axes; no panel where there are not two.
+/// Survival of ensembles in the same axes, as many as are told apart; no panel where there are not two.
 fn together(parts: &[CollectedPart]) -> Figure {
     let curves = parts.iter().filter_map(|part| Some((part, part.survival.as_ref()?)));
     let curves: Vec<Named> = curves
-        .take(MOST_CURVES)
+        .take(MOST_PENS)
         .enumerate()
         .map(|(series, (part, survival))| Named { name: part.name.clone(), series, survival })
         .collect();

@@ -75,56 +75,38 @@ impl ResultKind {
         ResultKind::Stress,
     ];
 
+    /// How one is called and how several are, and the file that says that a folder holds one.
+    fn words(self) -> [&'static str; 3] {
+        match self {
+            ResultKind::Run => ["run", "runs", "summary.json"],
+            ResultKind::Ensemble => ["ensemble", "ensembles", "ensemble.json"],
+            ResultKind::Comparison => ["comparison", "comparisons", "compare.json"],
+            ResultKind::Sweep => ["sweep", "sweeps", sweep::PLAN],
+            ResultKind::Map => ["map", "maps", "map.json"],
+            ResultKind::Optimum => ["optimum", "optima", "optimised.json"],
+            ResultKind::Sensitivity => ["sensitivity", "sensitivities", "sensitivity.json"],
+            ResultKind::Dependency => ["dependency", "dependencies", "dependency.json"],
+            ResultKind::Residual => ["residual", "residuals", "residual.json"],
+            ResultKind::Fit => ["fit", "fits", "fit.json"],
+            ResultKind::Reproduction => ["reproduction", "reproductions", "reproduce.json"],
+            ResultKind::Cost => ["cost study", "cost studies", "cost.json"],
+            ResultKind::Stress => ["catalogue of hard cases", "catalogues of hard cases", "stress.json"],
+        }
+    }
+
     /// How one is called.
     pub fn name(self) -> &'static str {
-        match self {
-            ResultKind::Run => "run",
-            ResultKind::Ensemble => "ensemble",
-            ResultKind::Comparison => "comparison",
-            ResultKind::Sweep => "sweep",
-            ResultKind::Map => "map",
-            ResultKind::Optimum => "optimum",
-            ResultKind::Sensitivity => "sensitivity",
-            ResultKind::Dependency => "dependency",
-            ResultKind::Residual => "residual",
-            ResultKind::Fit => "fit",
-            ResultKind::Reproduction => "reproduction",
-            ResultKind::Cost => "cost study",
-            ResultKind::Stress => "catalogue of hard cases",
-        }
+        self.words()[0]
     }
 
     /// So many of them, in words.
     pub fn counted(self, n: usize) -> String {
-        let many = match self {
-            ResultKind::Optimum => "optima",
-            ResultKind::Sensitivity => "sensitivities",
-            ResultKind::Dependency => "dependencies",
-            ResultKind::Cost => "cost studies",
-            ResultKind::Stress => "catalogues of hard cases",
-            _ if n > 1 => return format!("{n} {}s", self.name()),
-            _ => self.name(),
-        };
-        format!("{n} {}", if n > 1 { many } else { self.name() })
+        let [one, many, _] = self.words();
+        format!("{n} {}", if n > 1 { many } else { one })
     }
 
-    /// The file that says that a folder holds one.
     fn file(self) -> &'static str {
-        match self {
-            ResultKind::Run => "summary.json",
-            ResultKind::Ensemble => "ensemble.json",
-            ResultKind::Comparison => "compare.json",
-            ResultKind::Sweep => sweep::PLAN,
-            ResultKind::Map => "map.json",
-            ResultKind::Optimum => "optimised.json",
-            ResultKind::Sensitivity => "sensitivity.json",
-            ResultKind::Dependency => "dependency.json",
-            ResultKind::Residual => "residual.json",
-            ResultKind::Fit => "fit.json",
-            ResultKind::Reproduction => "reproduce.json",
-            ResultKind::Cost => "cost.json",
-            ResultKind::Stress => "stress.json",
-        }
+        self.words()[2]
     }
 
     /// The result's own page.

@@ -83,7 +83,8 @@ impl Holding {
         let Holding { members, comparisons, .. } = self;
         match &self.from {
             Some(from) => format!(
-                "how long it holds: from {from} on, by cost, no setting is told apart from the finest (log-rank, {members}                  members each, adjusted for {comparisons} comparisons)"
+                "how long it holds: from {from} on, by cost, no setting is told apart from the finest (log-rank, \
+                 {members} members each, adjusted for {comparisons} comparisons)"
             ),
             None if !self.can_tell => format!(
                 "how long it holds: {members} members a setting are too few to tell anything apart, a longer budget can"
