@@ -24,7 +24,9 @@
 //! integrated badly, a work term forgotten. What cables make then, "created" shows.
 //!
 //! "Created" is the largest rise of all energy above any earlier minimum, looked at after every step, less
-//! what came in from outside. Nothing but an error of the method makes it.
+//! what came in from outside. Nothing but an error of the method makes it. What an effect may hold beyond what it
+//! says, as a thread does that was drawn out against its winches, counts as there: no more is said to be created than
+//! must have been.
 
 use std::sync::Arc;
 
@@ -61,11 +63,13 @@ pub struct Ledger {
     pub effects: Vec<f64>,
     /// The part of it that came from outside net and target.
     pub outside: f64,
+    /// What drives of effects put in beyond it, and was lost on the way; negative: effects gave more.
+    pub lost: f64,
     /// What of the work from outside, the drive's included, was positive, step by step.
     pub put_in: f64,
-    /// Largest rise of [`Ledger::closed`] above any earlier minimum.
+    /// Largest rise of [`Ledger::closed`], less what was lost on the way, above any earlier minimum.
     pub created: f64,
-    /// That minimum.
+    /// That minimum, with what effects may have held beyond what they said.
     pub least: f64,
 }
 
@@ -172,6 +176,7 @@ impl EnergyAudit {
         self.ledger.effects[index] += work.work;
         if !self.internal[index] {
             self.ledger.outside += work.work;
+            self.ledger.lost += work.lost;
         }
         self.outside_impulse += work.impulse;
         self.outside_angular_impulse += work.angular_impulse;
@@ -227,14 +232,15 @@ impl EnergyAudit {
         self.ledger.cables += report.cable_loss.unwrap_or(taken);
     }
 
-    /// Looks for created energy at the end of a step; the ledger's largest so far [J].
-    pub fn look_for_rise(&mut self) -> f64 {
+    /// Looks for created energy at the end of a step, in which effects may hold so much more than they say; the ledger's
+    /// largest so far [J].
+    pub fn look_for_rise(&mut self, may_hold: f64) -> f64 {
         let ledger = &mut self.ledger;
-        let from_outside = ledger.drive + ledger.outside;
+        let from_outside = ledger.drive + ledger.outside + ledger.lost;
         ledger.put_in += (from_outside - self.from_outside).max(0.0);
         self.from_outside = from_outside;
-        let closed = ledger.closed();
-        ledger.least = ledger.least.min(closed);
+        let closed = ledger.closed() - ledger.lost;
+        ledger.least = ledger.least.min(closed + may_hold);
         // One that is no number is no less than any.
         let rise = closed - ledger.least;
         if rise.is_nan() || rise > ledger.created {

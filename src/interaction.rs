@@ -131,6 +131,11 @@ pub trait StepObserver: Send {
         0.0
     }
 
+    /// Energy that it may hold beyond that, at most [J]: where what it took cannot be told from what it lost.
+    fn may_hold(&self) -> f64 {
+        0.0
+    }
+
     /// What it did within the step that led from `before` to `after`.
     fn end_of_step(&mut self, before: &State, after: &State) -> EffectWork;
 }
@@ -154,8 +159,6 @@ pub trait EffectOutput: Send {
 pub struct Report {
     /// Its block of the summary: keys and values.
     pub numbers: Vec<(&'static str, Value)>,
-    /// Work that it did beyond what its drives put in [J]: made by the method, not by the scene.
-    pub surplus: f64,
     /// What began to act, and when; no time if it waited in vain [s].
     pub start: Option<(&'static str, Option<f64>)>,
     /// From when to when the capture is put to the test by it [s].
@@ -568,6 +571,14 @@ impl Interactions {
             stored += self.list[*index].effect.forces().map_or(0.0, |force| force.energy(state));
         }
         stored
+    }
+
+    /// Energy that all of them may hold beyond that, at most [J].
+    pub fn may_hold(&mut self) -> f64 {
+        let observers = self.observers.iter();
+        observers
+            .map(|&index| self.list[index].effect.observer().map_or(0.0, |observer| observer.may_hold()))
+            .sum()
     }
 
     /// What each has to say at the end of a run, by name.

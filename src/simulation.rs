@@ -97,7 +97,7 @@ impl Simulation {
     /// # Errors
     /// A run that has left all bounds.
     fn look_at_bounds(&mut self) -> Result<(), Failure> {
-        let created = self.audit.look_for_rise();
+        let created = self.audit.look_for_rise(self.effects.may_hold());
         failure::check_bounds(&self.state, self.audit.strained, created / self.audit.energy_scale())
     }
 

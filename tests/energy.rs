@@ -5,9 +5,7 @@ use crate::common;
 use crate::common::{below, case_of, within};
 use serde_json::json;
 use tumblenet::case::Case;
-use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::conservation::Conservation;
-use tumblenet::metrics::warnings;
 use tumblenet::run::Run;
 
 /// `n` x `n` meshes of 1 m Kevlar (Table 3.2), shot at `speed`; the net is open after some 0.9 of the path.
@@ -171,27 +169,35 @@ fn four_bullets_rebound_as_the_damping_ratio_says() {
     }
 }
 
-/// What a thread does to the knots beyond the work of its winches comes from nowhere, whatever the ledger takes it for. Threads of
-/// the engine's joints answer each step for the one before, and with 10 N give twice what their winches do.
+/// What comes from outside is the winches' work and no more: a thread that gives the net more than that, and more than what
+/// drew it out beyond its reels took, has created energy. A pull for heavy ends on light knots gave 7 mW for a minute after the
+/// reels stopped, and at ten times the tension twice what the winches put in, which the ledger took for work from outside.
 #[test]
-fn what_a_thread_gives_beyond_its_winches_is_told() {
-    for tension in [1.0, 10.0] {
-        let changes = ["duration_s=1.5", "expect=null", "target.spin_rad_s=[2.7,0,0]"].map(str::to_owned);
-        let tension = [format!("effects.closing.max_tension_n={tension}")];
-        let case = Case::load("cubesat-spin-x-2.0-tube", &[&changes[..], &tension].concat()).unwrap();
-        let run = common::run(&case);
-        let closing = run.reports.iter().find(|(name, _)| *name == "closing").unwrap();
-        let lost = closing.1.numbers.iter().find(|(name, _)| *name == "lost_j").unwrap();
-        let given_beyond = -lost.1.as_f64().unwrap();
-        let scale = case.net().launch_energy() + run.frames.ledger.last().unwrap().put_in;
-        let warnings = warnings::after(&case, &run, &Curves::of(&case, &run));
-        let is_told = warnings.iter().any(|warning| warning.contains("more than its winches"));
-        assert_eq!(
-            is_told,
-            given_beyond > 0.01 * scale,
-            "{tension:?}: {given_beyond} of {scale}: {warnings:?}"
-        );
-        // The least is what an ordinary thread loses at the knots.
-        assert!(given_beyond > -0.3, "{given_beyond}");
+fn a_thread_gives_no_more_than_its_winches() {
+    for (cables, contact) in [("explicit", "impulse"), ("joints", "rapier")] {
+        for tension in [1.0, 10.0] {
+            let changes = ["duration_s=2.5", "expect=null"].map(str::to_owned);
+            let of_run = [
+                format!("effects.closing.max_tension_n={tension}"),
+                format!("solver.cables={cables}"),
+                format!("solver.contact={contact}"),
+            ];
+            let case = Case::load("cubesat-spin-x-2.0-tube", &[&changes[..], &of_run].concat()).unwrap();
+            let run = common::run(&case);
+            let lost = closing_number(&run, "lost_j");
+            let created = Conservation::of(&case, &run).energy_created;
+            // Measured within 12 s: 0.10 to 0.16 J of 0.4 to 0.9 J lost, 4e-5 to 3.3e-3 created.
+            within(&format!("{cables}, {tension} N, created"), created, [0.0, 9e-3]);
+            within(
+                &format!("{cables}, {tension} N, lost over put in"),
+                lost / closing_number(&run, "winch_work_j"),
+                [0.0, 0.9],
+            );
+        }
     }
+}
+
+fn closing_number(run: &Run, name: &str) -> f64 {
+    let closing = run.reports.iter().find(|(effect, _)| *effect == "closing").unwrap();
+    closing.1.numbers.iter().find(|(number, _)| *number == name).unwrap().1.as_f64().unwrap()
 }

@@ -15,10 +15,10 @@ fn all_hold(stress: &Stress) {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Cases that the default pair is known not to hold, asserted as they are: threads cost angular momentum, a pull of 50 N
-/// throws knots faster than iterations catch them, contacts of cables act before the engine's cables.
-const KNOWN: [&str; 5] =
-    ["restitution-1-friction-1", "winch-50-n", "strands-and-cables", "all-effects", "winch-at-its-limit"];
+/// Cases that the default pair is known not to hold, asserted as they are: threads cost angular momentum and give a little more
+/// than they got, contacts of cables act before the engine's cables.
+const KNOWN: [&str; 4] =
+    ["restitution-1-friction-1", "strands-and-cables", "winch-at-its-limit", "clamped-between-threads"];
 
 /// Cases of minutes: `tumblenet stress` runs them.
 const LONG: [&str; 3] = ["ten-thousand-knots", "million-steps", "middle-axis-300-s"];

@@ -98,20 +98,12 @@ pub struct LengthCommand {
     pub compliance: f64,
     /// Largest impulse [N s].
     pub impulse_most: f64,
-    /// Impulse that it takes at least, however little the length seems to need [N s].
-    pub impulse_least: f64,
 }
 
 impl LengthCommand {
     /// A plain bound on the length, whatever it takes.
     pub fn hold(length: f64) -> LengthCommand {
-        LengthCommand {
-            length,
-            length_most: length,
-            compliance: 0.0,
-            impulse_most: f64::INFINITY,
-            impulse_least: 0.0,
-        }
+        LengthCommand { length, length_most: length, compliance: 0.0, impulse_most: f64::INFINITY }
     }
 
     /// The impulse that ends at the allowed length, from `impulse` that ends at `length`, if the
@@ -124,7 +116,7 @@ impl LengthCommand {
             impulse + (length - self.length_most) / (step * weight) // the reels stand
         };
         // Not `clamp`: where a method fails the bounds may be no numbers, and the end of the step says so.
-        wanted.max(self.impulse_least).min(self.impulse_most)
+        wanted.max(0.0).min(self.impulse_most)
     }
 }
 
@@ -152,9 +144,6 @@ pub struct Thread {
     pulls: Vec<Vector3<f64>>,
     inverse_mass: f64,
     length_at_start: f64,
-
-    /// Length at the end of the step if nothing more pulls, once that was asked for and until it is used.
-    ahead: Option<f64>,
 
     // Written by `pull`.
     impulse: f64,
@@ -204,7 +193,6 @@ impl Thread {
             distinct,
             inverse_mass: 0.0,
             length_at_start: 0.0,
-            ahead: None,
             impulse: 0.0,
             length_at_end: 0.0,
             all_long: false,
@@ -231,16 +219,6 @@ impl Thread {
         self.length_after(knots, 0.0)
     }
 
-    /// Inverse effective mass of its two ends alone, as if all between were massless and straight [1/kg].
-    pub fn inverse_mass_of_ends(&self, inverse_mass: &[f64]) -> f64 {
-        let ends = [self.nodes.first(), self.nodes.last()];
-        let knots = ends.into_iter().flatten().filter_map(|node| match node {
-            Node::Knot(knot) => Some(inverse_mass[*knot]),
-            Node::Anchor => None,
-        });
-        knots.sum()
-    }
-
     /// Length of its first segment, where that comes from the anchor [m]; else 0.
     pub fn length_of_tether(&self, knots: &Knots) -> f64 {
         match self.nodes.first() {
@@ -257,11 +235,6 @@ impl Thread {
     /// Its length at the end of the step, as far as its own pull decides it [m].
     pub fn length_at_end(&self) -> f64 {
         self.length_at_end
-    }
-
-    /// Its length at the end of the step if nothing more pulled it [m].
-    pub fn look_ahead(&mut self, knots: &Knots, step: f64) -> f64 {
-        *self.ahead.insert(self.length_after(knots, step))
     }
 
     /// Its pull within the step so far [N s].
@@ -283,7 +256,6 @@ impl Thread {
     /// Begins a step: takes the geometry as it is, with no pull yet.
     pub fn begin(&mut self, knots: &Knots, inverse_mass: &[f64]) {
         self.impulse = 0.0;
-        self.ahead = None;
         self.length_at_start = 0.0;
         let mut from = self.position(0, knots);
         for (segment, &node) in self.segments.iter_mut().zip(&self.nodes[1..]) {
@@ -357,7 +329,7 @@ impl Thread {
         }
         let mut settled = false;
         for _ in 0..effort.passes {
-            let length = self.ahead.take().unwrap_or_else(|| self.length_after(knots, step));
+            let length = self.length_after(knots, step);
             let impulse = ask.solve(length, self.impulse, self.inverse_mass, step);
             let tolerance = effort.tolerance * impulse;
             self.length_at_end = length;

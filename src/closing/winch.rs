@@ -28,8 +28,9 @@
 //! n s / (h w), far below its limit. So the winch remembers by how much the rest of the world
 //! lengthened the thread in the last steps, and pulls for that in advance.
 //!
-//! What it remembers is right on average only. A thread that bullets are about to drag beyond L
-//! therefore pulls at once as hard as its ends call for, up to the limit.
+//! It pulls for no more than that, however heavy the ends that drag the thread out: a pull that would brake two bullets
+//! within ten steps, on a thread whose light knots swing, threw these at 150 m/s and made up to 0.1 J a step. What
+//! sudden pulls of bullets leave too long, a shorter step mends (see `EXCESS` of the mechanism).
 
 use super::thread::LengthCommand;
 
@@ -37,12 +38,6 @@ use super::thread::LengthCommand;
 /// 0.5 reach the tension limit, and from 0.5 on a thread that comes free overshoots: it does more work on
 /// the knots than the winches on it.
 const FOLLOW: f64 = 0.2;
-
-/// A thread that is longer than what is off its reels pulls at once with what would bring its ends
-/// alone back by this share within a step. Measured on the Cubesat about z and x: excess 0.22 and
-/// 0.12 % of the length where only the present length counts, 0.09 and 0.07 % where that at the end of the
-/// step does; 0.5 is no better, and the thread then does more work on the knots than its winches.
-const STIFF: f64 = 0.1;
 
 /// A tension this share off the limit is at it.
 const ROUNDING: f64 = 1e-9;
@@ -74,6 +69,8 @@ pub struct Winch {
     speed: f64,
     /// Lengthening of the thread by the rest of the world that is expected in a step [m/s].
     resistance: f64,
+    /// By how much the thread is longer than what is off the reels, as last heard [m].
+    beyond: f64,
     /// The step under way, until its outcome is known.
     commanded: Option<Commanded>,
     /// Tension in the last (sub-)step [N].
@@ -119,6 +116,7 @@ impl Winch {
             stop: drive.stop_share * full_length,
             speed: if drive.reel_mass > 0.0 { 0.0 } else { drive.speed },
             resistance: 0.0,
+            beyond: 0.0,
             commanded: None,
             pull: 0.0,
             tension: 0.0,
@@ -130,6 +128,11 @@ impl Winch {
     /// Tension in the last (sub-)step [N].
     pub fn pull(&self) -> f64 {
         self.pull
+    }
+
+    /// Energy that a thread drawn out beyond its reels can give back, at most [J].
+    pub fn drawn_out(&self) -> f64 {
+        if self.beyond > 0.0 { self.drive.tension * self.beyond } else { 0.0 }
     }
 
     /// Length off the reels [m].
@@ -148,10 +151,7 @@ impl Winch {
     }
 
     /// What the thread is to do within a step of `step` seconds.
-    ///
-    /// `beyond`: by how much the thread is longer than what is off the reels, now or at the end of the
-    /// step if nothing pulled it [m]; `inverse_mass`: of its ends [1/kg].
-    pub fn command(&self, step: f64, beyond: f64, inverse_mass: f64) -> LengthCommand {
+    pub fn command(&self, step: f64) -> LengthCommand {
         let expected = step * self.resistance;
         let wound = self.shortest(step);
         let (most, compliance) = if self.drive.reel_mass > 0.0 {
@@ -159,13 +159,11 @@ impl Winch {
         } else {
             (wound, 0.0)
         };
-        let most_impulse = self.drive.tension * step;
         LengthCommand {
             length: wound - expected,
             length_most: most - expected,
             compliance,
-            impulse_most: most_impulse,
-            impulse_least: (STIFF * beyond / (step * inverse_mass)).max(0.0).min(most_impulse),
+            impulse_most: self.drive.tension * step,
         }
     }
 
@@ -190,6 +188,7 @@ impl Winch {
         let length_now = length_now();
         let Drive { winches, reel_mass, tension: limit, .. } = self.drive;
         let beyond = length_now - self.length;
+        self.beyond = beyond.max(0.0);
         let wound = self.length - length_now.max(shortest).min(self.length);
         let tension = impulse / step;
         self.length -= wound;

@@ -4,10 +4,11 @@
 //! knots, and posts to the ledger:
 //!
 //! - work: what the threads did to the knots, Σ J · (v⁻ + v⁺) / 2 over the knots' impulses J, plus what
-//!   the reels gained in kinetic energy. Impulse times mean velocity is exactly the share of the
-//!   threads in the change of the knots' energy.
-//! - beside it, for the summary: the winches' work T (−dL/dt), and the loss, which is that less the
-//!   posted work: going taut against moving knots, friction at the knots, latches.
+//!   reels gained in kinetic energy. Impulse times mean velocity is exactly the share of the threads in the change
+//!   of the knots' energy.
+//! - loss: the winches' work T (−dL/dt) less that: going taut against moving knots, friction at the knots,
+//!   latches. The winches' work is what comes from outside, so a thread that gives more creates energy,
+//!   but for what drew it out beyond its reels: at most its largest tension times that length.
 //! - impulse and moment from outside: the pull of the tether to the chaser (layout `cinch`); every
 //!   other thread is internal. Where the scene has a `chaser`, its body takes the opposite at the end of
 //!   the step, and the tether ends where the body is; until then it is as good as held, so its mass must
@@ -185,7 +186,8 @@ impl HalfKick for ClosingThreads {
         chaser.push(&-impulse, &-angular_impulse);
         let work = chaser.kinetic_energy() - before;
         self.passed_on += work;
-        EffectWork { work, ..EffectWork::default() }
+        // The winch has put it in already.
+        EffectWork { work, lost: -work, ..EffectWork::default() }
     }
 
     fn kicks_knots(&self) -> bool {
@@ -211,6 +213,10 @@ impl StepObserver for ClosingThreads {
 
     fn stored_energy(&self, _state: &State) -> f64 {
         self.mechanism.stored()
+    }
+
+    fn may_hold(&self) -> f64 {
+        self.mechanism.drawn_out()
     }
 
     fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
@@ -261,8 +267,6 @@ impl EffectOutput for ClosingThreads {
                 ("lost_j", json!(tally.work - self.passed_on)),
                 ("latches", json!(self.mechanism.n_latches())),
             ],
-            // A thread loses at the knots; it gives no more than it got.
-            surplus: (self.passed_on - tally.work).max(0.0),
             start: Some(("winches start", self.triggered)),
             trial: None,
             threads: self.mechanism.ways().zip(&self.stops).enumerate().map(thread).collect(),

@@ -133,6 +133,10 @@ impl StepObserver for Tether {
         }
     }
 
+    fn may_hold(&self) -> f64 {
+        self.mechanism.drawn_out()
+    }
+
     fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
         self.mechanism.account(&after.knots)
     }

@@ -71,16 +71,11 @@ impl Conservation {
             angular_momentum_residual: relative(angular, angular_scale),
             energy_residual: relative(residual, energy_scale),
             energy_rise: relative(rise, energy_scale),
-            energy_created: relative(ledger.created, energy_at_hand(case, ledger)),
+            energy_created: relative(ledger.created, energy_scale + ledger.put_in),
             energy_start_j: frames.ledger[0].mechanical(),
             energy_end_j: frames.ledger[last].mechanical(),
         }
     }
-}
-
-/// What created energy is set against: the launch energy, and the work put in so far [J].
-pub fn energy_at_hand(case: &Case, ledger: &Ledger) -> f64 {
-    case.net().launch_energy() + ledger.put_in
 }
 
 /// The largest of `values` and 0; not a number when one of them is none, which `f64::max` would hide.

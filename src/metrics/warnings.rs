@@ -8,10 +8,9 @@
 //! | a cable bore more than its breaking tension | after |
 //! | a bullet left the reach of the scene | after |
 //! | the method created energy | after |
-//! | a closing thread gave more than its winches put in | after |
 
 use super::capture::Curves;
-use super::conservation::{CREATED, Conservation, energy_at_hand};
+use super::conservation::{CREATED, Conservation};
 use crate::case::Case;
 use crate::run::Run;
 use crate::target::Target;
@@ -48,21 +47,7 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
             kept.energy_created
         ));
     }
-    warnings.extend(surplus(case, run));
     warnings
-}
-
-/// The ledger takes what an effect does to the net as put in from outside; what its drives did not put in, the method did.
-fn surplus(case: &Case, run: &Run) -> Option<String> {
-    let surplus: f64 = run.reports.iter().map(|(_, report)| report.surplus).sum();
-    let at_hand = energy_at_hand(case, run.frames.ledger.last()?);
-    (surplus > CREATED * at_hand).then(|| {
-        let launch = case.net().launch_energy();
-        format!(
-            "the closing thread gave the net {surplus:.2e} J more than its winches put in, with {launch:.2e} J of the launch: an \
-             error of the method that energy_created leaves out"
-        )
-    })
 }
 
 fn wide_meshes(case: &Case, target: &Target) -> Option<String> {

@@ -53,7 +53,7 @@ impl Bare {
         self.work.steps += 1;
         self.work.contacts += self.state.contacts.len() as u64;
         clock.lap(&mut self.work.stages.observe);
-        let created = self.audit.look_for_rise() / self.audit.energy_scale();
+        let created = self.audit.look_for_rise(0.0) / self.audit.energy_scale();
         failure::check_bounds(&self.state, self.audit.strained, created).expect("within bounds");
     }
 

@@ -27,6 +27,10 @@ const RISES_BEFORE: [(&str, f64, f64); 1] = [("energy", 2e-4, 0.1)];
 const PRESSED: &str = "the engine's cables press strands into each other after they have bounced, and what parts them again is \
                        no one's work";
 
+/// What a thread gives beyond its winches' work.
+const GIVES: &str =
+    "a thread is solved before the engine's cables, and gives back at another tension what drew it out";
+
 /// Threads along the perimeter that close at `tension` [N] from the first contact on.
 fn closing(tension: f64) -> Value {
     json!({ "effects": { "closing": { "layout": "tube", "trigger": { "on": "contact", "delay_s": 0.0 },
@@ -94,15 +98,12 @@ fn winches() -> Vec<StressCase> {
         .map(|(tension, name)| {
             let why =
                 "a thread throws knots of a tenth of a gram at the speed of the shot within a part of a step";
-            let case = StressCase::new(Theme::Winch, name, why, with(small_capture(), closing(tension))).once();
+            let case =
+                StressCase::new(Theme::Winch, name, why, with(small_capture(), closing(tension))).once();
             if tension < 50.0 {
                 return soft(case);
             }
-            let throws = "what a thread throws in a fiftieth of a step, the engine's few iterations do not wholly catch";
-            // Measured: 5.4e-3 and 2.2e-4. With solver.substeps=128 it is 2e-16 and 5e-14, in ten times the time.
-            let bands = [("energy", 5e-4, 5e-2), ("angular momentum", 2e-5, 2e-3)];
-            case.limited("joints+rapier", throws, &[], &bands)
-                .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e9"], &OVERLAPS)
+            case.limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e9"], &OVERLAPS)
                 .not_run("joints+penalty", TOO_LONG)
         })
         .collect()
@@ -158,6 +159,8 @@ fn thin_parts() -> [StressCase; 3] {
             "threads at 20 N close around a plate of 2 mm",
             winch,
         )
+        // Measured: 1.05e-3 of the energy at hand.
+        .limited("joints+impulse", GIVES, &[], &[("energy", 1e-4, 1e-2)])
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
     ]
     .map(|case| case.once().not_run("joints+penalty", TOO_LONG))
@@ -223,7 +226,6 @@ fn together() -> [StressCase; 4] {
             "threads, a tug, friction, strands, cables and a free chaser at once",
             with(with(small_capture(), closing(1.0)), all),
         )
-        .limited("joints+rapier", BEFORE, &[], &RISES_BEFORE)
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
             Theme::Together,
