@@ -51,8 +51,10 @@ pub struct Mechanism {
     pulled: PulledKnots,
     /// What came in through the anchors since that was last accounted for.
     outside: Outside,
-    /// Energy of the reels, and work of the winches, as last posted [J].
-    posted: [f64; 2],
+    /// Energy of the reels as last posted [J].
+    stored_before: f64,
+    /// Work of the winches as last posted [J].
+    put_in_before: f64,
     /// As it was at the start of a step that may be done again.
     checkpoint: Option<Checkpoint>,
 }
@@ -136,7 +138,8 @@ impl Mechanism {
             effort: ThreadSweeps::WHOLE,
             pulled: PulledKnots::new(reached),
             outside: Outside::default(),
-            posted: [0.0; 2],
+            stored_before: 0.0,
+            put_in_before: 0.0,
             checkpoint: None,
         }
     }
@@ -229,10 +232,9 @@ impl Mechanism {
         }
         self.finish_substep(after);
         let Done { work: on_knots, count } = self.pulled.take_done();
-        let now = [self.stored(), self.tally().work];
-        let [stored_before, work_before] = std::mem::replace(&mut self.posted, now);
-        let work = on_knots + now[0] - stored_before;
-        let lost = now[1] - work_before - work;
+        let (stored, put_in) = (self.stored(), self.tally().work);
+        let work = on_knots + stored - std::mem::replace(&mut self.stored_before, stored);
+        let lost = put_in - std::mem::replace(&mut self.put_in_before, put_in) - work;
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
         EffectWork { work, lost, on_knots, count, impulse, angular_impulse }
     }
@@ -275,8 +277,11 @@ impl Mechanism {
         self.lines.iter().map(|line| line.winch.stored()).sum()
     }
 
-    /// What threads that are drawn out beyond their reels can give back, at most [J].
+    /// What threads that are drawn out beyond their reels can give back, at most [J]: nothing once it has ended.
     pub fn drawn_out(&self) -> f64 {
+        if !self.runs {
+            return 0.0;
+        }
         self.lines.iter().map(|line| line.winch.drawn_out()).sum()
     }
 

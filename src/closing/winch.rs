@@ -132,7 +132,7 @@ impl Winch {
 
     /// Energy that a thread drawn out beyond its reels can give back, at most [J].
     pub fn drawn_out(&self) -> f64 {
-        if self.beyond > 0.0 { self.drive.tension * self.beyond } else { 0.0 }
+        self.drive.tension * self.beyond
     }
 
     /// Length off the reels [m].

@@ -21,7 +21,7 @@ pub struct Conservation {
     /// Energy that the method made or destroyed: in no row of the ledger, over the launch energy [-].
     pub energy_residual: f64,
     /// Largest rise of energy between two frames that no input explains, over the launch energy [-]; it depends on
-    /// the interval of the frames.
+    /// the interval of the frames, and takes all that a closing thread does to the net as put in.
     pub energy_rise: f64,
     /// Largest rise of all energy above any earlier minimum, looked at after every step, less the work from
     /// outside; over the launch energy and the work put in [-].

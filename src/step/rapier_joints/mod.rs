@@ -272,7 +272,7 @@ impl RapierJoints {
         self.contacts.begin(state);
         state.tension.fill(0.0);
         for part in 0..n_parts {
-            if !self.pulled.is_empty() {
+            if with.constrain() {
                 self.pulled.fill(Vector3::zeros());
                 self.part_start.clone_from(&state.knots.velocity);
             }
@@ -298,9 +298,11 @@ impl RapierJoints {
             work.sweeps += u64::from(self.iterations.now());
             work.detections += u64::from(self.world.detecting());
             self.check_world(state)?;
-            let by_constraints = self.work_of_constraints(state);
-            put_in += by_constraints;
-            self.work_of_effects += by_constraints;
+            if with.constrain() {
+                let by_constraints = self.work_of_constraints(state);
+                put_in += by_constraints;
+                self.work_of_effects += by_constraints;
+            }
             clock.lap(&mut work.stages.world);
 
             if self.contacts.is_of_engine() {
