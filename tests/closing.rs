@@ -80,7 +80,7 @@ fn a_row_of_free_knots_closes_as_the_closed_form_says() {
         let route =
             Route { nodes: (0..n).map(Node::Knot).collect(), ends: Ends::Both, winches: 2, full_length };
         let drive = Drive { winches: 2.0, speed, tension, reel_mass: 0.0, stop_share: 0.0 };
-        let mut mechanism = Mechanism::new(vec![Line::new(&route, drive, 0.0)], None, &vec![mass; n]);
+        let mut mechanism = Mechanism::new(vec![Line::new(&route, drive, 0.0, 0.0)], None, &vec![mass; n]);
         let mut knots = Knots { velocity: vec![Vector3::zeros(); n], position };
         mechanism.start(&knots);
         let ramp = mass * speed / tension; // 0.25 s; the ends meet their neighbours later than this

@@ -15,8 +15,8 @@ fn all_hold(stress: &Stress) {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Cases that the default pair is known not to hold, asserted as they are: threads cost angular momentum and give a little more
-/// than they got, contacts of cables act before the engine's cables.
+/// Cases that the default pair is known not to hold, asserted as they are: threads give a little more than
+/// they got, contacts of cables act before the engine's cables.
 const KNOWN: [&str; 4] =
     ["restitution-1-friction-1", "strands-and-cables", "winch-at-its-limit", "clamped-between-threads"];
 

@@ -105,14 +105,14 @@ pub struct Reading {
 }
 
 impl Line {
-    /// A thread along `route`, with capstan friction coefficient `friction` [-]; the number of
-    /// winches is the route's.
-    pub fn new(route: &Route, drive: Drive, friction: f64) -> Line {
+    /// A thread along `route`, with capstan friction coefficient `friction` [-], through knots that come no nearer to
+    /// each other than `knot_size` [m]; the number of winches is the route's.
+    pub fn new(route: &Route, drive: Drive, friction: f64, knot_size: f64) -> Line {
         let drive = Drive { winches: f64::from(route.winches), ..drive };
         let n_tethers = route.nodes.iter().filter(|node| **node == Node::Anchor).count();
         let n_in_net = route.nodes.len() - 1 - n_tethers;
         // What is left when winding ends is shared out: the tube between two knots takes its room.
-        let floor = drive.stop_share * route.full_length / n_in_net.max(1) as f64;
+        let floor = knot_size.max(drive.stop_share * route.full_length / n_in_net.max(1) as f64);
         Line {
             thread: Thread::new(route.nodes.clone(), route.ends, friction).in_tube(floor),
             winch: Winch::new(drive, route.full_length),
@@ -389,7 +389,7 @@ mod tests {
     impl Free {
         fn new(position: Vec<Vector3<f64>>, mass: &[f64], route: &Route, drive: Drive) -> Free {
             let knots = Knots { velocity: vec![Vector3::zeros(); position.len()], position };
-            let mut mechanism = Mechanism::new(vec![Line::new(route, drive, 0.0)], None, mass);
+            let mut mechanism = Mechanism::new(vec![Line::new(route, drive, 0.0, 0.0)], None, mass);
             mechanism.start(&knots);
             Free { knots, mechanism, posted: 0.0 }
         }

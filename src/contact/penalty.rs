@@ -21,6 +21,11 @@ use crate::net::Net;
 use crate::solver;
 use crate::solver::PenaltyLaw;
 
+/// Step that resolves the bounce of a knot that is all of the net, over its stable step [-]. Semi-implicit Euler makes
+/// energy of a bounce by the square of the step: four bullets that are all of their net make 0.16 of it at 0.6 of their
+/// stable step, 1.8e-2 at 0.2, 4.5e-3 at 0.1, which is this for each of four (Hertz, nothing damped).
+const BOUNCE: f64 = 0.05;
+
 /// The force of a penalty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PenaltyForce {
@@ -114,19 +119,32 @@ impl PenaltyForce {
     /// Largest step at which knots that meet the target at `speed` [m/s], and are pressed in with `pull` [N], are
     /// stable [s]; `answering`: mass with which each answers an impulse [kg].
     pub fn stable_step(&self, net: &Net, answering: &[f64], speed: f64, pull: f64) -> f64 {
-        let n = self.exponent;
+        let limit = |knot: usize| self.stable_step_of(net, knot, answering[knot], speed, pull);
+        (0..net.n_knots()).map(limit).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Largest step at which knots that bounce as in [`stable_step`](Self::stable_step) make at most some 5e-3 of the
+    /// energy of `net` [s]: the heavier a knot, the finer it has to be resolved.
+    pub fn resolving_step(&self, net: &Net, speed: f64, pull: f64) -> f64 {
+        let total: f64 = net.mass.iter().sum();
         let limit = |knot: usize| {
-            let (k, m) = (self.stiffness[knot], answering[knot]);
-            let depth = self.deepest_pulled(net, knot, speed, pull);
-            let frequency = (n * k * depth.powf(n - 1.0) / m).sqrt();
-            let damping = match self.law {
-                PenaltyLaw::SpringDashpot => self.damping,
-                _ => self.damping * k * depth.powf(n),
-            };
-            let ratio = 0.5 * damping / (m * frequency);
-            2.0 * ((1.0 + ratio * ratio).sqrt() - ratio) / frequency
+            let mass = net.mass[knot];
+            BOUNCE / (mass / total).sqrt() * self.stable_step_of(net, knot, mass, speed, pull)
         };
         (0..net.n_knots()).map(limit).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The stable step of `knot` alone, which answers with `mass` [s].
+    fn stable_step_of(&self, net: &Net, knot: usize, mass: f64, speed: f64, pull: f64) -> f64 {
+        let (n, k) = (self.exponent, self.stiffness[knot]);
+        let depth = self.deepest_pulled(net, knot, speed, pull);
+        let frequency = (n * k * depth.powf(n - 1.0) / mass).sqrt();
+        let damping = match self.law {
+            PenaltyLaw::SpringDashpot => self.damping,
+            _ => self.damping * k * depth.powf(n),
+        };
+        let ratio = 0.5 * damping / (mass * frequency);
+        2.0 * ((1.0 + ratio * ratio).sqrt() - ratio) / frequency
     }
 }
 

@@ -98,7 +98,9 @@ impl Parameters for Closing {
             stop_share: self.stop_share,
         };
         let routes = self.layout.routes(net);
-        let lines = routes.iter().map(|route| Line::new(route, drive, self.thread_friction)).collect();
+        let knot_size = 2.0 * net.radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let lines =
+            routes.iter().map(|route| Line::new(route, drive, self.thread_friction, knot_size)).collect();
         let n_meshes = net.grid.map(|n| (n - 1) as f64);
         let mesh = (net.designed_area / (n_meshes[0] * n_meshes[1])).sqrt();
         let distance = self.lock_distance_m.map_or(0.1 * mesh, |distance| distance.0);

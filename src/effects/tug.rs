@@ -74,7 +74,7 @@ impl Parameters for Tug {
         let distance = self.speed_m_s.map_or(0.0, |speed| 2.0 * speed.0 * self.time_s.0);
         let reach = distance.max(FAR * net.designed_area.sqrt());
         let mut mechanism =
-            Mechanism::new(vec![Line::new(&route, drive, 0.0)], None, &step::answering_mass(context));
+            Mechanism::new(vec![Line::new(&route, drive, 0.0, 0.0)], None, &step::answering_mass(context));
         // As for closing threads: contacts of effects are not answered in parts of a step.
         if context.target.is_some() && (context.acts_in_substeps || !context.options.has_contact_laws) {
             mechanism.throws_at_most(THROW * context.contact_speed);

@@ -48,6 +48,8 @@ pub struct Net {
     pub folded: Vec<Vector3<f64>>,
     /// Velocities just after the shot [m/s].
     pub launch_velocity: Vec<Vector3<f64>>,
+    /// How much later than time 0 each bullet is shot [s].
+    pub delay: [f64; 4],
 }
 
 impl Net {
@@ -80,6 +82,7 @@ impl Net {
             designed_area: sides[0] * n_meshes[0] as f64 * sides[1] * n_meshes[1] as f64,
             folded: Vec::new(),
             launch_velocity: vec![Vector3::zeros(); n_knots],
+            delay: launch.bullets.delay_s,
         };
         let make_of = |line: &GridLine| if line.on_edge { &edge } else { &inner };
 
@@ -96,6 +99,7 @@ impl Net {
             );
         }
         net.shoot(shots(spec, launch));
+        net.check_delays(problems);
         Some(net)
     }
 
@@ -182,10 +186,29 @@ impl Net {
         uncut
     }
 
-    /// Gives the bullets their velocities [m/s]; all else stays at rest.
+    /// Gives the bullets their velocities [m/s]; all else stays at rest. Those that are shot later are as far behind as
+    /// they fly until then.
     pub fn shoot(&mut self, shots: [Vector3<f64>; 4]) {
-        for (bullet, shot) in self.bullets.into_iter().zip(shots) {
+        for ((bullet, shot), delay) in self.bullets.into_iter().zip(shots).zip(self.delay) {
+            self.folded[bullet] += delay * (self.launch_velocity[bullet] - shot);
             self.launch_velocity[bullet] = shot;
+        }
+    }
+
+    /// Adds cables that a bullet which is shot late would pull taut behind the folded net.
+    fn check_delays(&self, problems: &mut Problems) {
+        for (number, (bullet, delay)) in self.bullets.into_iter().zip(self.delay).enumerate() {
+            let behind = delay * self.launch_velocity[bullet];
+            let is_taut =
+                |cable: &&Cable| (self.folded[cable.a] - self.folded[cable.b]).norm() > cable.rest_length;
+            let of_bullet = |cable: &&Cable| delay > 0.0 && (cable.a == bullet || cable.b == bullet);
+            if let Some(cable) = self.cables.iter().filter(of_bullet).find(is_taut) {
+                problems.add(
+                    format!("launch.bullets.delay_s[{number}]"),
+                    format!("{delay}: the bullet would be {:.3e} m behind", behind.norm()),
+                    format!("a delay in which its cables of {:.3e} m stay slack", cable.rest_length),
+                );
+            }
         }
     }
 

@@ -189,11 +189,20 @@ pub struct BulletDeviations {
     /// Aside, out of the plane of X and the net's diagonal, by [deg]; positive turns from Y towards Z.
     #[schemars(inner(range(min = -30, max = 30)))]
     pub aside_deg: [f64; 4],
+    /// Shot later than time 0 by [s]. Until its shot a bullet is taken to be on its way in the barrel, behind its place in the
+    /// folded net, where it is at that time with its whole speed.
+    #[schemars(inner(range(min = 0)))]
+    #[serde(skip_serializing_if = "BulletDeviations::is_at_once")]
+    pub delay_s: [f64; 4],
 }
 
 impl BulletDeviations {
     /// Whether no shot deviates: nothing is said of it, so the hash of such a scene is as ever.
     pub fn is_zero(&self) -> bool {
         *self == BulletDeviations::default()
+    }
+
+    fn is_at_once(delay_s: &[f64; 4]) -> bool {
+        *delay_s == [0.0; 4]
     }
 }

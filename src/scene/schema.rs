@@ -66,6 +66,7 @@ impl Scene {
         // A scene is plain data: it always becomes JSON.
         let mut json = serde_json::to_value(self).unwrap_or_default();
         json["launch"]["bullets"] = json!(self.launch.bullets);
+        json["launch"]["bullets"]["delay_s"] = json!(self.launch.bullets.delay_s);
         if let Some(target) = &self.target {
             json["target"]["velocity_m_s"] = json!(target.velocity_m_s);
         }

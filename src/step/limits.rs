@@ -117,4 +117,13 @@ impl Demands<'_> {
         let force = PenaltyForce::new(self.net, &self.solver.penalty);
         force.stable_step(self.net, &self.net.mass, self.contact_speed(), 2.0 * self.options.pull)
     }
+
+    /// Largest step at which that force makes little of the energy of bullets that bounce off it [s]; infinite without it.
+    pub fn resolving_contact_step(&self) -> f64 {
+        if !self.has_contact_force() {
+            return f64::INFINITY;
+        }
+        let force = PenaltyForce::new(self.net, &self.solver.penalty);
+        force.resolving_step(self.net, self.contact_speed(), 2.0 * self.options.pull)
+    }
 }

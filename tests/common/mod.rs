@@ -154,6 +154,7 @@ pub fn knots(knots: &[(f64, [f64; 3], [f64; 3])]) -> Net {
         designed_area: 1.0,
         folded: knots.iter().map(|knot| knot.1.into()).collect(),
         launch_velocity: knots.iter().map(|knot| knot.2.into()).collect(),
+        delay: [0.0; 4],
     }
 }
 

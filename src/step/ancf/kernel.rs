@@ -304,6 +304,7 @@ mod tests {
             designed_area: 1.0,
             folded: corners.to_vec(),
             launch_velocity: vec![Vector3::zeros(); 3],
+            delay: [0.0; 4],
         }
     }
 

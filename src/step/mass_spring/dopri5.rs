@@ -403,6 +403,7 @@ mod tests {
             designed_area: 1.0,
             folded: vec![along(0.0), along(1.0 + stretch)],
             launch_velocity: vec![along(0.0), along(rate)],
+            delay: [0.0; 4],
         }
     }
 

@@ -33,6 +33,7 @@ impl Method for Explicit {
         // angular momentum in 6 s with that, 0.02 % with 0.5 ms.
         let of_fields = if demands.options.has_fields { JOINTS_STEP } else { f64::INFINITY };
         let safe = (if takes_turns { RESOLVES } else { SAFE } * stable).min(of_fields);
+        let safe = safe.min(demands.resolving_contact_step());
         let own = safe.min(demands.pulled_step()).min(demands.throwing_step());
         let substep = demands.solver.step_s.map_or(own, |step| step.0);
         // Contacts are found once a step: no knot may come from beyond the margin within it, nor

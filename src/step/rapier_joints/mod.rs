@@ -30,7 +30,7 @@ impl Method for Joints {
         let Demands { solver, net, .. } = *demands;
         let stable = demands.stable_contact_step();
         let takes_turns = demands.has_contact_force() || demands.options.has_constraints;
-        let safe = if takes_turns { RESOLVES } else { SAFE } * stable;
+        let safe = (if takes_turns { RESOLVES } else { SAFE } * stable).min(demands.resolving_contact_step());
         let step = match solver.step_s {
             Some(step) => step.0,
             None if solver.contact == ContactModel::Rapier => JOINTS_STEP.min(demands.thin_step()),

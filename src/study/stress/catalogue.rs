@@ -16,6 +16,10 @@ use crate::solver::{ContactModel, ELEMENT_PAIRS};
 const TOO_LONG: &str =
     "not run: the engine moves at the step of an explicit net or contact force, which takes minutes";
 
+/// Why threads make energy beside the engine's cables.
+const LATE_THREAD: &str =
+    "a thread is solved before the engine's cables, and gives back at another tension what drew it out";
+
 /// Why a penalty force overlaps.
 const SOFT: &str =
     "a penalty force is as soft as knot and target are: heavy bullets press their Hertz depth into it";

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{COARSE, OVERLAPS, RISES, SOFT, TOO_LONG, net, small_capture, with, with_target};
+use super::{COARSE, LATE_THREAD, OVERLAPS, RISES, SOFT, TOO_LONG, net, small_capture, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
 
 /// The cases.
@@ -26,10 +26,6 @@ const RISES_BEFORE: [(&str, f64, f64); 1] = [("energy", 2e-4, 0.1)];
 /// Measured: 0.2.
 const PRESSED: &str = "the engine's cables press strands into each other after they have bounced, and what parts them again is \
                        no one's work";
-
-/// What a thread gives beyond its winches' work.
-const GIVES: &str =
-    "a thread is solved before the engine's cables, and gives back at another tension what drew it out";
 
 /// Threads along the perimeter that close at `tension` [N] from the first contact on.
 fn closing(tension: f64) -> Value {
@@ -160,7 +156,7 @@ fn thin_parts() -> [StressCase; 3] {
             winch,
         )
         // Measured: 1.05e-3 of the energy at hand.
-        .limited("joints+impulse", GIVES, &[], &[("energy", 1e-4, 1e-2)])
+        .limited("joints+impulse", LATE_THREAD, &[], &[("energy", 1e-4, 1e-2)])
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
     ]
     .map(|case| case.once().not_run("joints+penalty", TOO_LONG))
