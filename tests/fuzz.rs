@@ -186,7 +186,7 @@ fn read_rows(plan: &SweepPlan, text: &[u8], folder: &Path) -> Outcome {
     let request = MapRequest { over: over.into(), outcome: MapOutcome::Captured, n_boxes: 4 };
     outcome(dependency::observed(plan, &kept, &dependency::names(None)), |_| {});
     outcome(sensitivity::find(plan, &kept, MapOutcome::Captured), |_| {});
-    let mapped = outcome(request.fill(plan, &kept), |_| {});
+    let mapped = outcome(request.fill(plan, &kept, None), |_| {});
     std::fs::remove_file(file).unwrap();
     mapped
 }

@@ -294,6 +294,14 @@ fn every_fault_of_a_study_is_told_at_once() {
         assert!(told.contains(fault), "{fault} not in {told}");
     }
     assert!(!folder.path().join("results").exists(), "nothing is written");
+    let folder = self::folder(|study| {
+        study["published_outcomes"] =
+            json!([{ "source": "Table 1", "at": { "input.launch.sped_m_s": 2 }, "captured": true }]);
+    });
+    let output = tumblenet(folder.path(), &["sweep", "study.json"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let fault = "published_outcomes[0].at: found \"input.launch.sped_m_s\"; allowed: did you mean input.launch.speed_m_s?";
+    assert!(output.status.code() == Some(2) && told.contains(fault), "{told}");
     // As whole to the schema as 3, and beyond what a whole number of the program may be.
     let folder = self::folder(|study| study["seed"] = json!(1e19));
     let output = tumblenet(folder.path(), &["sweep", "study.json"]);
@@ -381,6 +389,50 @@ fn a_map_says_what_the_rows_say_and_refuses_what_is_no_number() {
         assert!(told.contains(fault), "{fault} not in {told}");
     }
     assert_eq!(tumblenet(folder, &["map", "nowhere", "--over", "point"]).status.code(), Some(2));
+}
+
+/// The members that it asks for follow from the answers alone: begun anew, or in a folder where others have run, it is the same
+/// map; it asks for few of many.
+#[test]
+fn a_map_that_is_refined_asks_for_the_same_members_whatever_has_run() {
+    let folder = folder(|study| {
+        study["parameters"] = json!([{ "path": "launch.speed_m_s", "uniform": [0.5, 4] }]);
+        study["design"] = json!({ "kind": "sobol", "points": 96 });
+        study["members"] = json!(1);
+        study["published_outcomes"] = json!([
+            { "source": "Table 1", "at": { "input.launch.speed_m_s": 2 }, "captured": true }]);
+    });
+    let folder = folder.path();
+    let refine = |out: &str, study: &str| -> Value {
+        let over = ["--over", "input.launch.speed_m_s", "--boxes", "2", "--batch", "4", "--refine", "0.35"];
+        let arguments = [&["map", study, "--out", out, "--format", "json"], &over[..]].concat();
+        let mut map: Value = serde_json::from_str(&printed(folder, &arguments)).unwrap();
+        map.as_object_mut().unwrap().remove("provenance");
+        map
+    };
+    let whole = refine("whole", "study.json");
+    let refined = &whole["refined"];
+    let asked = refined["members"].as_u64().unwrap();
+    assert!((4..96).contains(&asked) && refined["of_members"] == json!(96), "{refined}");
+    assert!(refined["widest"].as_f64().unwrap() <= 0.35, "{refined}");
+    assert_eq!(refined["rounds"].as_u64().unwrap(), asked.div_ceil(4));
+    let [low, high] = [0, 1].map(|end| whole["boxes"][0]["captured"]["interval_95"][end].as_f64().unwrap());
+    assert!(high - low <= 0.7 && low >= 0.0 && high <= 1.0);
+    assert_eq!(whole["published"][0]["source"], "Table 1");
+    let page = std::fs::read_to_string(folder.join("whole/map.html")).unwrap();
+    assert!(page.contains("Table 1") && page.contains("whenever one looks"));
+
+    printed(folder, &["sweep", "study.json", "--out", "part", "--shard", "2/9"]);
+    assert_eq!(refine("part", "study.json"), whole);
+    assert_eq!(refine("part", "study.json"), whole, "again, with nothing to run");
+
+    for (column, study) in [("input.launch.speed", "study.json"), ("deployment.max_area_m2", "study.json")] {
+        let arguments = ["map", study, "--over", column, "--refine", "0.2"];
+        let refused = tumblenet(folder, &arguments);
+        assert_eq!(refused.status.code(), Some(2));
+        let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(told.contains("columns of parameters: input.launch.speed_m_s"), "{told}");
+    }
 }
 
 /// What is held at a time is read from when it was held first and lost; who ended before is undecided, and told.

@@ -10,11 +10,11 @@ use tumblenet::report::map::{MemberAnswer, answers, no_regression};
 use tumblenet::report::rows::KeptRows;
 use tumblenet::report::{files, optimise as report};
 use tumblenet::study::ensemble::Share;
+use tumblenet::study::sweep::Sweep;
 use tumblenet::study::sweep::map::MapSample;
 use tumblenet::study::sweep::optimise::{Gain, Optimised, Search, SearchRound};
 use tumblenet::study::sweep::outcome::MapOutcome;
 use tumblenet::study::sweep::spec::SweepSpec;
-use tumblenet::study::sweep::{Shard, Sweep};
 
 use super::reading::Reading;
 use super::reported::Told;
@@ -107,7 +107,7 @@ impl Asked<'_> {
     /// The members of the study as `change` changes it, whose rows are kept in `folder`.
     fn run(&self, folder: &Path, change: impl FnOnce(&mut SweepSpec)) -> Result<Vec<MapSample>, Error> {
         let study = Sweep::load_with(self.study, self.limits, change)?;
-        let (plan, _) = sweep::run_in(&study, Shard::ALL, folder)?;
+        let (plan, _) = sweep::run_in(&study, |_| true, folder)?;
         let kept = KeptRows::read(folder, &plan);
         let mut problems = Problems::new(self.study);
         let all = answers(&plan, &kept, (&self.columns, self.outcome), &mut problems);

@@ -22,8 +22,8 @@ use tumblenet::study::ensemble::EnsembleRequest;
 use tumblenet::study::reproduce::finding::Finding;
 use tumblenet::study::reproduce::spec::{Claim, Claims, FigureRun, Question};
 use tumblenet::study::reproduce::{ReproducedRow, Reproduction, tables};
+use tumblenet::study::sweep::Sweep;
 use tumblenet::study::sweep::dependency::Dependencies;
-use tumblenet::study::sweep::{Shard, Sweep};
 
 use super::reading::Reading;
 use super::reported::Told;
@@ -92,7 +92,7 @@ fn studies(
         let study =
             Sweep::load_with(&asked.name, limits, |spec| spec.members = members.unwrap_or(spec.members))?;
         let folder = out.join(&asked.name);
-        let (plan, _) = sweep::run_in(&study, Shard::ALL, &folder)?;
+        let (plan, _) = sweep::run_in(&study, |_| true, &folder)?;
         let kept = KeptRows::read(&folder, &plan);
         if !plan.study.published.is_empty() {
             let names = dependency::names(None);

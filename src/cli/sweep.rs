@@ -136,7 +136,8 @@ fn begin(arguments: &Arguments) -> Result<(), Error> {
     if let Some(member) = arguments.member {
         return watch(&sweep, member, &out);
     }
-    let (plan, done) = run_in(&sweep, arguments.shard.unwrap_or(Shard::ALL), &out)?;
+    let shard = arguments.shard.unwrap_or(Shard::ALL);
+    let (plan, done) = run_in(&sweep, |member| shard.has(member), &out)?;
     stage("writing");
     let kept = KeptRows::read(&out, &plan);
     let is_whole = kept.rows.len() as u64 == plan.members;
@@ -150,28 +151,32 @@ fn begin(arguments: &Arguments) -> Result<(), Error> {
     Ok(())
 }
 
-/// Runs what has no row yet in the folder `out` of the members of `shard`: the plan, and how many that were.
-pub(super) fn run_in(sweep: &Sweep, shard: Shard, out: &Path) -> Result<(SweepPlan, usize), Error> {
+/// Runs what has no row yet in the folder `out` of the members that are wanted: the plan, and how many that were.
+pub(super) fn run_in(
+    sweep: &Sweep,
+    is_wanted: impl Fn(u64) -> bool,
+    out: &Path,
+) -> Result<(SweepPlan, usize), Error> {
     let plan = sweep.plan(&program()?);
     report::write_plan(out, &plan)?;
     let keeper = Arc::new(RowKeeper::open(out, &plan)?);
-    let done = go_on(sweep, &plan, &keeper, shard, out)?;
+    let done = go_on(sweep, &plan, &keeper, is_wanted, out)?;
     Ok((plan, done))
 }
 
-/// Runs the members of `shard` that have no row yet, and says how many.
+/// Runs the wanted members that have no row yet, and says how many.
 fn go_on(
     sweep: &Sweep,
     plan: &SweepPlan,
     keeper: &Arc<RowKeeper>,
-    shard: Shard,
+    is_wanted: impl Fn(u64) -> bool,
     out: &Path,
 ) -> Result<usize, Error> {
     let kept = KeptRows::read(out, plan);
     for path in &kept.damaged {
         remark(&format!("warning: {} is damaged, its members run again", path.display()));
     }
-    let missing: Vec<u64> = kept.missing(plan).into_iter().filter(|member| shard.has(*member)).collect();
+    let missing: Vec<u64> = kept.missing(plan).into_iter().filter(|member| is_wanted(*member)).collect();
     let n_missing = missing.len();
     let place = out.display();
     interrupt::leaves(format!("finished members are kept in {place}; the same command goes on from them"));

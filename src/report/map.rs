@@ -13,8 +13,9 @@ use super::sweep::share_words;
 use crate::problems::Problems;
 use crate::study::Z;
 use crate::study::sweep::SweepPlan;
-use crate::study::sweep::map::{CaptureMap, LETTERS, MapBox, MapSample};
+use crate::study::sweep::map::{CaptureMap, LETTERS, MapBox, MapInput, MapSample, PublishedSample};
 use crate::study::sweep::outcome::MapOutcome;
+use crate::study::sweep::refine::{Refined, Refinement};
 
 /// Most members that are drawn as points.
 const MOST_DRAWN: usize = 1000;
@@ -32,7 +33,10 @@ const SLICE_TILES: usize = 24;
 const SLICES: usize = 3;
 
 const WORDS: &str = "Above, the regression: the darker, the more likely; lines at 10, 50 (thick) and 90 %; a full dot is a \
-    member of whom it is so, a ring one of whom it is not. Below, raw shares with their exact 95 % intervals.";
+    member of whom it is so, a ring one of whom it is not. Below, raw shares with their 95 % intervals: exact ones, or \
+    confidence sequences where members were put where the map was least certain.";
+
+const PUBLISHED: &str = " Squares: captures of others, full where captured.";
 
 const SLICED: &str =
     " Each pair of panels is a slice: the regression at the middle of it, the members within it.";
@@ -40,6 +44,8 @@ const SLICED: &str =
 /// What a member of a sweep answers.
 #[derive(Clone, Debug)]
 pub struct MemberAnswer {
+    /// Its number.
+    pub member: u64,
     /// Its point.
     pub point: u64,
     /// Its inputs.
@@ -79,7 +85,7 @@ pub fn answers(
         let at = named.map(&mut number).collect();
         let point = point[0].map_or(member, |point| point as u64);
         let came = outcome.of_row(row, ends, plan);
-        answers.push(MemberAnswer { point, at, has_verdict: row.captured.is_some(), came });
+        answers.push(MemberAnswer { member, point, at, has_verdict: row.captured.is_some(), came });
     }
     answers
 }
@@ -103,17 +109,32 @@ pub struct MapRequest {
 }
 
 impl MapRequest {
-    /// The map of the members among `kept`, and the members that are in it.
+    /// Checks how many columns it is over.
     ///
     /// # Errors
-    /// Columns that are not there or hold no numbers; nothing that is decided; a file that cannot be read.
-    pub fn fill(&self, plan: &SweepPlan, kept: &KeptRows) -> Result<(CaptureMap, Vec<MapSample>), Problems> {
+    /// Too many, or none.
+    pub fn check(&self) -> Result<(), Problems> {
         let mut problems = Problems::new("map");
         let most = LETTERS.len();
         if !(1..=most).contains(&self.over.len()) {
             problems.add("--over", self.over.join(","), format!("one to {most} columns"));
-            return Err(problems);
         }
+        problems.into_result(Some(()))
+    }
+
+    /// The map of the members among `kept`, who are all, or were asked for by a refinement to a half width; and the members
+    /// that are in it.
+    ///
+    /// # Errors
+    /// Columns that are not there or hold no numbers; nothing that is decided; a file that cannot be read.
+    pub fn fill(
+        &self,
+        plan: &SweepPlan,
+        kept: &KeptRows,
+        refinement: Option<(&Refinement, f64)>,
+    ) -> Result<(CaptureMap, Vec<MapSample>), Problems> {
+        self.check()?;
+        let mut problems = Problems::new("map");
         let answers = answers(plan, kept, (&self.over, self.outcome), &mut problems);
         let (mut samples, mut undecided) = (Vec::new(), 0);
         for MemberAnswer { point, at, came, .. } in answers.into_iter().filter(|answer| answer.has_verdict) {
@@ -127,8 +148,20 @@ impl MapRequest {
             problems.add("", found, "a sweep of a scene with a target, of which something is finished");
         }
         let samples = problems.into_result(Some(samples))?;
-        let map = CaptureMap::of(&plan.title, (self.outcome, undecided), &self.over, &samples, self.n_boxes);
-        Ok((map.ok_or_else(|| no_regression("map", "--over"))?, samples))
+        let of_samples = |(axis, name): (usize, &String)| {
+            MapInput::of(name, samples.iter().map(|sample: &MapSample| sample.at[axis]))
+        };
+        let inputs = match refinement {
+            Some((refinement, _)) => refinement.inputs().to_vec(),
+            None => self.over.iter().enumerate().map(of_samples).collect(),
+        };
+        let map = CaptureMap::of(&plan.title, (self.outcome, undecided), &inputs, &samples, self.n_boxes);
+        let map = map.ok_or_else(|| no_regression("map", "--over"))?.beside(&plan.study.published_outcomes);
+        let map = match refinement {
+            Some((refinement, half_width)) => map.refined(refinement, half_width),
+            None => map,
+        };
+        Ok((map, samples))
     }
 }
 
@@ -150,7 +183,8 @@ pub fn write(
         2 => (over_two(map, samples), ""),
         _ => (slices(map, samples, n_boxes), SLICED),
     };
-    let words = format!("Probability: {}. {WORDS}{sliced}", map.outcome);
+    let published = if map.published.is_empty() || map.inputs.len() != 2 { "" } else { PUBLISHED };
+    let words = format!("Probability: {}. {WORDS}{published}{sliced}", map.outcome);
     let figure = Figure { name: "map".into(), title: "Probability".into(), words, panels };
     let mut files = files::Together::begin();
     let drawn = page::draw(&mut files, out, vec![figure])?;
@@ -158,7 +192,7 @@ pub fn write(
         title: &map.title,
         kind: "map",
         lead: &self::words(map),
-        tables: foretold(map),
+        tables: foretold(map) + &published_table(map),
         notes: String::new(),
         drawn: &drawn,
         provenance: &map.provenance,
@@ -194,13 +228,34 @@ pub fn words(map: &CaptureMap) -> String {
             )
         }
     };
+    let overall = match &map.refined {
+        Some(refined) => refined_words(&map.outcome, refined),
+        None => format!("Over all {}.", share_words(&format!("{}:", map.outcome), &map.captured)),
+    };
     format!(
-        "Over all {}.{undecided} ln(p / (1 - p)) = {}; {}. Brier score on points not seen {:.3}, of the overall share {:.3}.",
-        share_words(&format!("{}:", map.outcome), &map.captured),
+        "{overall}{undecided} ln(p / (1 - p)) = {}; {}. Brier score on points not seen {:.3}, of the overall share {:.3}.",
         terms.join(" "),
         inputs.join("; "),
         map.brier,
         map.brier_of_share
+    )
+}
+
+/// How far a map was refined.
+fn refined_words(outcome: &str, refined: &Refined) -> String {
+    let [low, high] = refined.interval_95.map(|end| 100.0 * end);
+    let to = if refined.widest > refined.half_width {
+        format!("no more members of the study where a box is still known to ±{:.2}", refined.widest)
+    } else {
+        format!("every box known to ±{:.2}, whenever one looks", refined.widest)
+    };
+    format!(
+        "Over the whole study {outcome}: {:.0} % ({low:.0} to {high:.0} %), from {} of its {} members in {} rounds, each where \
+         the map was least certain; {to}.",
+        100.0 * refined.share,
+        refined.members,
+        refined.of_members,
+        refined.rounds
     )
 }
 
@@ -214,6 +269,40 @@ fn foretold(map: &CaptureMap) -> String {
         "<th>foretold of points not seen</th><th>came</th>",
         &map.foretold.iter().map(row).collect::<String>(),
     )
+}
+
+/// What others found, beside the regression.
+fn published_table(map: &CaptureMap) -> String {
+    if map.published.is_empty() {
+        return String::new();
+    }
+    let row = |one: &PublishedSample| {
+        let at: Vec<String> = one.at.iter().map(|value| format!("<td>{value}</td>")).collect();
+        let [low, high] = one.fitted.interval_95.map(|bound| 100.0 * bound);
+        format!(
+            "<tr><td>{}</td>{}<td>{}</td><td>{:.0} % ({low:.0} to {high:.0} %)</td></tr>\n",
+            page::escape(&one.source),
+            at.concat(),
+            if one.captured { "captured" } else { "not captured" },
+            100.0 * one.fitted.value
+        )
+    };
+    let inputs: Vec<String> =
+        map.inputs.iter().map(|input| format!("<th>{}</th>", page::escape(&input.name))).collect();
+    let head = format!(
+        "<th>source</th>{}<th>found there</th><th>{} here, by the regression</th>",
+        inputs.concat(),
+        page::escape(&map.outcome)
+    );
+    page::table(&head, &map.published.iter().map(row).collect::<String>())
+}
+
+/// What others found, in a map over two inputs.
+fn squares(map: &CaptureMap) -> impl Iterator<Item = Mark> + '_ {
+    map.published.iter().map(|one| {
+        let shape = if one.captured { Dot::Square } else { Dot::OpenSquare };
+        Mark::Dot { at: (one.at[0], one.at[1]), colour: INK, shape }
+    })
 }
 
 fn keys(map: &CaptureMap) -> Vec<Key> {
@@ -264,7 +353,7 @@ fn over_two(map: &CaptureMap, samples: &[MapSample]) -> Vec<Panel> {
     let fitted = Panel {
         title: "Regression".to_owned(),
         keys: keys(map),
-        ..panel(map, 520, fitted(map, samples.iter(), &[], TILES))
+        ..panel(map, 520, fitted(map, samples.iter(), &[], TILES).into_iter().chain(squares(map)).collect())
     };
     vec![fitted, Panel { title: "Raw shares".to_owned(), ..panel(map, 520, raw(&map.boxes)) }]
 }

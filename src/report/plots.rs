@@ -250,6 +250,10 @@ pub enum Dot {
     Ring,
     /// A full circle.
     Full,
+    /// A full square on paper: what others found.
+    Square,
+    /// An open square on paper.
+    OpenSquare,
 }
 
 /// An entry of a legend.

@@ -264,6 +264,11 @@ impl KeptRows {
 
 /// Fields of a line of CSV.
 pub fn fields(line: &[u8]) -> csv::ByteRecord {
+    // Hardly any line has a quote; a reader of its own for each takes 20 us, three seconds of a hundred thousand.
+    if !line.is_empty() && !line.contains(&b'"') {
+        let end = line.strip_suffix(b"\n").unwrap_or(line);
+        return end.split(|byte| *byte == b',').collect();
+    }
     let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(line);
     let mut record = csv::ByteRecord::new();
     // A line that is none has no fields.
@@ -320,5 +325,15 @@ mod tests {
         let fields = fields(&written);
         assert_eq!(fields.iter().collect::<Vec<_>>(), [&b"1"[..], b"a \"word\", or two", b""]);
         assert_eq!(written.iter().filter(|byte| **byte == b'\n').count(), 1);
+    }
+
+    #[test]
+    fn a_line_without_quotes_has_the_fields_that_the_reader_finds() {
+        for text in ["1,2.5,,x\n", "1,2.5,,x", ",\n", "one\n", "a b,ä\n"] {
+            let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(text.as_bytes());
+            let mut expected = csv::ByteRecord::new();
+            reader.read_byte_record(&mut expected).unwrap();
+            assert_eq!(fields(text.as_bytes()), expected, "{text:?}");
+        }
     }
 }

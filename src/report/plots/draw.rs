@@ -400,6 +400,16 @@ where
             chart.draw_series([element(5 * px, PAPER)])?;
             chart.draw_series([element(4 * px, colour)])?
         }
+        Dot::Square | Dot::OpenSquare => {
+            let square = |size: i32, colour: RGBColor| {
+                EmptyElement::at(at)
+                    + Polygon::new(vec![(-size, -size), (size, -size), (size, size), (-size, size)], colour)
+            };
+            chart.draw_series([square(7 * px, PAPER)])?;
+            chart.draw_series([square(6 * px, colour)])?;
+            let inside = if shape == Dot::Square { colour } else { PAPER };
+            chart.draw_series([square(4 * px, inside)])?
+        }
     };
     Ok(())
 }

@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use super::logistic::{LogisticFit, Probability, RIDGE};
 use super::outcome::MapOutcome;
+use super::refine::{Refined, Refinement};
+use super::spec::PublishedOutcome;
 use crate::provenance::Provenance;
 use crate::study::ensemble::Share;
 
@@ -44,6 +46,14 @@ pub struct MapInput {
     pub range: [f64; 2],
 }
 
+impl MapInput {
+    /// The one called `name`, from the least to the largest of `values`.
+    pub fn of(name: &str, values: impl Iterator<Item = f64>) -> MapInput {
+        let range = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+        MapInput { name: name.to_owned(), range }
+    }
+}
+
 /// A box of the inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MapBox {
@@ -66,6 +76,19 @@ pub struct Foretold {
     pub captured: Share,
 }
 
+/// How a capture of others ended, at the inputs of a map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PublishedSample {
+    /// Where it stands.
+    pub source: String,
+    /// Its inputs.
+    pub at: Vec<f64>,
+    /// Whether it was captured, in the words of that source.
+    pub captured: bool,
+    /// What the regression says of it, of the map's own outcome.
+    pub fitted: Probability,
+}
+
 /// `map.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CaptureMap {
@@ -81,6 +104,12 @@ pub struct CaptureMap {
     pub undecided: usize,
     /// Boxes that have members.
     pub boxes: Vec<MapBox>,
+    /// How its members were chosen; absent: all that are there. Intervals of boxes then are confidence sequences.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refined: Option<Refined>,
+    /// What others found at points that have all inputs of the map.
+    #[serde(default)]
+    pub published: Vec<PublishedSample>,
     /// Features of the regression, in u, v, w, x: the inputs from −1 to 1.
     pub terms: Vec<String>,
     /// The regression.
@@ -126,21 +155,16 @@ pub fn features(inputs: &[MapInput], at: &[f64]) -> Vec<f64> {
 }
 
 impl CaptureMap {
-    /// The map of `outcome`, which is undecided for so many, of `samples` over one to four inputs called `names`, with so
-    /// many boxes along each; none without samples.
+    /// The map of `outcome`, which is undecided for so many, of `samples` over one to four `inputs`, with so many boxes along
+    /// each; none without samples.
     pub fn of(
         title: &str,
         (outcome, undecided): (MapOutcome, usize),
-        names: &[String],
+        inputs: &[MapInput],
         samples: &[MapSample],
         n_boxes: usize,
     ) -> Option<CaptureMap> {
-        let input = |(axis, name): (usize, &String)| {
-            let values = samples.iter().map(|sample| sample.at[axis]);
-            let range = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
-            MapInput { name: name.clone(), range }
-        };
-        let inputs: Vec<MapInput> = names.iter().enumerate().map(input).collect();
+        let inputs = inputs.to_vec();
         let fit = fitted(&inputs, samples.iter())?;
         let all = share(samples.iter())?;
         let foretold = foretold(&inputs, samples);
@@ -155,6 +179,8 @@ impl CaptureMap {
             outcome: outcome.to_string(),
             undecided,
             boxes: boxes(&inputs, samples.iter(), n_boxes, |at| fit.at(&features(&inputs, at))),
+            refined: None,
+            published: Vec::new(),
             terms: terms(inputs.len()),
             fit,
             brier: brier(&|i| foretold[i]),
@@ -164,6 +190,31 @@ impl CaptureMap {
             inputs,
             provenance: Provenance::here(),
         })
+    }
+
+    /// The same map of members that were asked for by `refinement`: shares of boxes have their confidence sequences.
+    pub fn refined(mut self, refinement: &Refinement, half_width: f64) -> CaptureMap {
+        for one in &mut self.boxes {
+            one.captured.interval_95 = refinement.sequence_from(&one.from);
+        }
+        self.refined = Some(refinement.refined(half_width));
+        self
+    }
+
+    /// The same map with what others found.
+    pub fn beside(mut self, published: &[PublishedOutcome]) -> CaptureMap {
+        let sample = |one: &PublishedOutcome| {
+            let at: Option<Vec<f64>> =
+                self.inputs.iter().map(|input| one.at.get(&input.name).copied()).collect();
+            at.map(|at| PublishedSample {
+                source: one.source.clone(),
+                captured: one.captured,
+                fitted: self.at(&at),
+                at,
+            })
+        };
+        self.published = published.iter().filter_map(sample).collect();
+        self
     }
 
     /// What the regression says of the point `at`.
@@ -200,7 +251,7 @@ fn share<'a>(samples: impl Iterator<Item = &'a MapSample>) -> Option<Share> {
 }
 
 /// The box of `value` among `n_boxes` within `range`; the largest value is in the last.
-fn box_of(range: [f64; 2], value: f64, n_boxes: usize) -> usize {
+pub(super) fn box_of(range: [f64; 2], value: f64, n_boxes: usize) -> usize {
     let [low, high] = range;
     let share = if high > low { (value - low) / (high - low) } else { 0.0 };
     ((share * n_boxes as f64) as usize).min(n_boxes - 1)
@@ -278,6 +329,12 @@ mod tests {
         (0..n).map(one).collect()
     }
 
+    fn inputs(names: &[String], samples: &[MapSample]) -> Vec<MapInput> {
+        let input =
+            |(axis, name): (usize, &String)| MapInput::of(name, samples.iter().map(|sample| sample.at[axis]));
+        names.iter().enumerate().map(input).collect()
+    }
+
     fn law(at: &[f64]) -> f64 {
         1.0 / (1.0 + (-(3.0 - 2.0 * at[0] + 0.02 * at[1])).exp())
     }
@@ -285,7 +342,7 @@ mod tests {
     #[test]
     fn a_map_finds_the_law_that_its_members_follow() {
         let names = ["rate", "tilt"].map(str::to_owned);
-        let map = CaptureMap::of("t", CAPTURED, &names, &samples(2000), 6).unwrap();
+        let map = CaptureMap::of("t", CAPTURED, &inputs(&names, &samples(2000)), &samples(2000), 6).unwrap();
         let mut held = 0;
         for (i, j) in (0..36).map(|k| (k / 6, k % 6)) {
             let at = [0.25 + 0.5 * f64::from(i), 7.5 + 15.0 * f64::from(j)];
@@ -308,9 +365,9 @@ mod tests {
     #[test]
     fn one_point_and_no_points_are_no_panic() {
         let one = [MapSample { point: 0, at: vec![1.0], came: true }];
-        let map = CaptureMap::of("t", CAPTURED, &["a".to_owned()], &one, 3).unwrap();
+        let map = CaptureMap::of("t", CAPTURED, &inputs(&["a".to_owned()], &one), &one, 3).unwrap();
         assert_eq!((map.boxes.len(), map.terms.len()), (1, 3));
-        assert!(CaptureMap::of("t", CAPTURED, &["a".to_owned()], &[], 3).is_none());
+        assert!(CaptureMap::of("t", CAPTURED, &inputs(&["a".to_owned()], &[]), &[], 3).is_none());
     }
 
     /// Inputs that do nothing leave the law of the first two what it is, in every slice.
@@ -320,7 +377,7 @@ mod tests {
         let mut all = samples(4000);
         all.iter_mut().for_each(|sample| sample.at.extend([random.random(), random.random::<f64>()]));
         let names = ["rate", "tilt", "c", "d"].map(str::to_owned);
-        let map = CaptureMap::of("t", (MapOutcome::Settled, 1000), &names, &all, 3).unwrap();
+        let map = CaptureMap::of("t", (MapOutcome::Settled, 1000), &inputs(&names, &all), &all, 3).unwrap();
         assert_eq!((map.terms.len(), map.boxes.len()), (15, 81));
         assert_eq!(map.terms[5..9], ["u^2", "u v", "u w", "u x"]);
         for others in [[0.2, 0.8], [0.5, 0.5]] {

@@ -11,6 +11,7 @@ pub mod map;
 pub mod optimise;
 pub mod outcome;
 mod published;
+pub mod refine;
 pub mod sensitivity;
 pub mod spec;
 
@@ -217,7 +218,11 @@ impl Sweep {
                 check_ends(&source, parameter, &format!("parameters[{number}]"), problems);
             }
         }
-        Some(Sweep { spec, points, source, case, n_members: n_members?, names })
+        let sweep = Sweep { spec, points, source, case, n_members: n_members?, names };
+        if whole {
+            published::check_outcomes(&sweep.spec.published_outcomes, &sweep.input_columns(), problems);
+        }
+        Some(sweep)
     }
 
     /// All members.
@@ -245,17 +250,21 @@ impl Sweep {
         self.points.parameters()
     }
 
-    /// The columns of a row.
-    pub fn columns(&self) -> Vec<String> {
+    /// The columns of a row that say at which values a member is run.
+    fn input_columns(&self) -> Vec<String> {
         // Some are numbers of the summary too: the spin as it begins, and as it ends.
         let inputs = self.points.parameters().iter().flat_map(Parameter::columns);
         let drawn = self.case.uncertain().map_or_else(Vec::new, |drawn| drawn.columns());
         let drawn = drawn.into_iter().map(|name| format!("{DRAWN}{name}"));
-        let inputs = inputs.map(|name| format!("{INPUT}{name}")).chain(drawn);
+        inputs.map(|name| format!("{INPUT}{name}")).chain(drawn).collect()
+    }
+
+    /// The columns of a row.
+    pub fn columns(&self) -> Vec<String> {
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         names(&FIRST)
             .into_iter()
-            .chain(inputs)
+            .chain(self.input_columns())
             .chain(names(&OUTCOME))
             .chain(self.names.iter().cloned())
             .collect()
@@ -278,8 +287,8 @@ impl Sweep {
     /// The key of rows made by `program`. How many points an open design has is no part of it: more may come;
     /// nor is what others published.
     fn key(&self, program: &str) -> String {
-        let (title, scene, published) = Default::default();
-        let mut spec = SweepSpec { title, scene, published, ..self.spec.clone() };
+        let (title, scene, published, published_outcomes) = Default::default();
+        let mut spec = SweepSpec { title, scene, published, published_outcomes, ..self.spec.clone() };
         if let Design::Sobol { points: n } | Design::Random { points: n } | Design::Saltelli { base: n } =
             &mut spec.design
         {
@@ -338,6 +347,48 @@ impl Sweep {
             Some(uncertain) => perturbed(&uncertain.with(drawn)?),
             None => perturbed(case),
         })
+    }
+
+    /// Where every member is, in the columns of inputs `names`: what is asked of a study before anything of it is run.
+    ///
+    /// # Errors
+    /// Columns of `place` that no parameter fills with numbers.
+    pub fn inputs(&self, names: &[String], place: &str) -> Result<Vec<Vec<f64>>, Problems> {
+        let columns: Vec<String> = self
+            .points
+            .parameters()
+            .iter()
+            .flat_map(Parameter::columns)
+            .map(|name| format!("{INPUT}{name}"))
+            .collect();
+        let mut problems = Problems::new(self.name());
+        let mut wanted = Vec::new();
+        for name in names {
+            match columns.iter().position(|column| column == name) {
+                Some(column) => wanted.push(column),
+                None => {
+                    let meant = did_you_mean(name, columns.iter().map(String::as_str));
+                    problems.add(
+                        place,
+                        name,
+                        format!("{meant}columns of parameters: {}", columns.join(", ")),
+                    );
+                }
+            }
+        }
+        let mut all = Vec::new();
+        for member in 0..self.n_members {
+            if !problems.list.is_empty() {
+                break;
+            }
+            let shown = self.points.shown(&self.picks(member), |path| self.source.own(path));
+            let at: Option<Vec<f64>> = wanted.iter().map(|&column| shown[column].parse().ok()).collect();
+            match at {
+                Some(at) => all.push(at),
+                None => problems.add(place, format!("words of member {member}"), "columns of numbers"),
+            }
+        }
+        problems.into_result(Some(all))
     }
 
     /// Runs `member`. Whatever becomes of it, it has a row.

@@ -3,13 +3,28 @@
 use std::collections::BTreeMap;
 
 use super::design::Points;
-use super::spec::{Design, Published, SweepSpec};
+use super::spec::{Design, Published, PublishedOutcome, SweepSpec};
 use crate::parameter::Parameter;
 use crate::problems::{Problems, did_you_mean, join};
 
 /// Whether `published` belongs to the parameter at `path` in a group of these values.
 pub(super) fn applies(published: &Published, path: &str, at: &BTreeMap<String, String>) -> bool {
     published.path == path && published.at.iter().all(|(path, value)| at.get(path) == Some(value))
+}
+
+/// Checks that the inputs of `published` outcomes are among the `columns` of inputs.
+pub(super) fn check_outcomes(published: &[PublishedOutcome], columns: &[String], problems: &mut Problems) {
+    for (number, published) in published.iter().enumerate() {
+        let place = join(&format!("published_outcomes[{number}]"), "at");
+        for column in published.at.keys().filter(|column| !columns.contains(column)) {
+            let meant = did_you_mean(column, columns.iter().map(String::as_str));
+            problems.add(
+                &place,
+                format!("{column:?}"),
+                format!("{meant}columns of inputs: {}", list(columns)),
+            );
+        }
+    }
 }
 
 /// Checks what `spec` has published of its `points` and of the numbers `names`.

@@ -55,6 +55,21 @@ pub struct SweepSpec {
     /// Numbers of others that `dependency` sets beside those of this study.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub published: Vec<Published>,
+    /// How captures of others ended at single points of the inputs: drawn into a map.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub published_outcomes: Vec<PublishedOutcome>,
+}
+
+/// How a capture of others ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedOutcome {
+    /// Where it stands: `Section 5.3.1`.
+    pub source: String,
+    /// Its inputs, by columns of the table: `{"input.target.mass_kg": 4}`.
+    pub at: BTreeMap<String, f64>,
+    /// Whether it was captured, in the words of that source.
+    pub captured: bool,
 }
 
 /// What others found of one parameter of a `one-at-a-time` study.
