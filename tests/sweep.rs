@@ -426,12 +426,16 @@ fn a_map_that_is_refined_asks_for_the_same_members_whatever_has_run() {
     assert_eq!(refine("part", "study.json"), whole);
     assert_eq!(refine("part", "study.json"), whole, "again, with nothing to run");
 
-    for (column, study) in [("input.launch.speed", "study.json"), ("deployment.max_area_m2", "study.json")] {
-        let arguments = ["map", study, "--over", column, "--refine", "0.2"];
-        let refused = tumblenet(folder, &arguments);
+    for (column, boxes, fault) in [
+        ("input.launch.speed", "2", "columns of parameters: input.launch.speed_m_s"),
+        ("deployment.max_area_m2", "2", "columns of parameters: input.launch.speed_m_s"),
+        ("input.launch.speed_m_s", "97", "no more boxes than the study has members: 96"),
+    ] {
+        let refused =
+            tumblenet(folder, &["map", "study.json", "--over", column, "--boxes", boxes, "--refine", "0.2"]);
         assert_eq!(refused.status.code(), Some(2));
         let told = String::from_utf8_lossy(&refused.stderr).into_owned();
-        assert!(told.contains("columns of parameters: input.launch.speed_m_s"), "{told}");
+        assert!(told.contains(fault), "{fault} not in {told}");
     }
 }
 

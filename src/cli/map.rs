@@ -79,6 +79,13 @@ fn refine(arguments: &Arguments, request: &MapRequest, half_width: f64) -> Resul
     let study = Sweep::load(&arguments.of, arguments.reading.limits()?)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("results").join(study.name()));
     let at = study.inputs(&request.over, "--over")?;
+    let n_boxes = request.n_boxes.saturating_pow(request.over.len() as u32);
+    if n_boxes > at.len() {
+        let mut problems = Problems::new(study.name());
+        let found = format!("{n_boxes} boxes");
+        problems.add("--boxes", found, format!("no more boxes than the study has members: {}", at.len()));
+        return Err(problems.into());
+    }
     let mut refinement = Refinement::of(&request.over, &at, request.n_boxes);
     let mut asked = BTreeSet::new();
     loop {
