@@ -77,9 +77,9 @@ pub trait SubstepConstraint: Send {
     /// Undoes what it did since the checkpoint.
     fn rollback(&mut self);
 
-    /// Whether it was so violated since the checkpoint that the step is to be cut; `knots` are those at
-    /// its end.
-    fn violated(&mut self, knots: &Knots) -> bool;
+    /// Whether it was so violated since the checkpoint, or gave so much more energy than was put in, beyond `may_create`
+    /// [J], that the step is to be cut; `knots` are those at its end.
+    fn violated(&mut self, knots: &Knots, may_create: f64) -> bool;
 
     /// Parts that a step of `step` seconds needs, lest in one of them it throws knots that others have to catch.
     fn parts(&self, _step: f64) -> u32 {
@@ -106,6 +106,9 @@ pub trait ContactLaw: Send {
         step: f64,
         touched: &mut [bool],
     );
+
+    /// Forgets what it answered since the start of the step, which is done again.
+    fn rollback(&mut self) {}
 
     /// Whether it asks for the velocities before forces acted, as restitution does.
     fn bounces(&self) -> bool {
@@ -475,15 +478,17 @@ impl Interactions {
         self.each_constraint(|constraint| constraint.checkpoint());
     }
 
-    /// Constraints undo what they did since the checkpoint.
+    /// Constraints undo what they did since the checkpoint, and contact laws forget it.
     pub fn rollback(&mut self) {
         self.each_constraint(|constraint| constraint.rollback());
+        self.each_contact_law(|law| law.rollback());
     }
 
-    /// Whether a constraint was so violated since the checkpoint that the step is to be cut.
-    pub fn violated(&mut self, knots: &Knots) -> bool {
+    /// Whether a constraint was so violated since the checkpoint, or created more than `may_create` [J], that the step is
+    /// to be cut.
+    pub fn violated(&mut self, knots: &Knots, may_create: f64) -> bool {
         let mut violated = false;
-        self.each_constraint(|constraint| violated |= constraint.violated(knots));
+        self.each_constraint(|constraint| violated |= constraint.violated(knots, may_create));
         violated
     }
 
@@ -505,6 +510,16 @@ impl Interactions {
         lists.filter_map(|&index| Some(self.list[index].effect.contacts()?.bounces())).any(|bounces| bounces)
     }
 
+    fn each_contact_law(&mut self, mut act: impl FnMut(&mut dyn ContactLaw)) {
+        for i in 0..self.contacts.len() {
+            self.timed(self.contacts[i], |effect| {
+                if let Some(law) = effect.contacts() {
+                    act(law);
+                }
+            });
+        }
+    }
+
     /// Contact laws change velocities for a (sub-)step of `step` seconds and mark the knots.
     pub fn solve_contacts(
         &mut self,
@@ -514,13 +529,24 @@ impl Interactions {
         step: f64,
         touched: &mut [bool],
     ) {
-        for i in 0..self.contacts.len() {
-            self.timed(self.contacts[i], |effect| {
-                if let Some(law) = effect.contacts() {
-                    law.solve(knots, before, target, step, touched);
-                }
-            });
-        }
+        self.each_contact_law(|law| law.solve(knots, before, target, step, touched));
+    }
+
+    /// The same for a part of a step, `part` seconds; those that bounce in its first alone, for the `whole` step [s].
+    pub fn solve_contacts_of_part(
+        &mut self,
+        knots: &mut Knots,
+        target: &mut Option<Body>,
+        part: f64,
+        whole: Option<f64>,
+        touched: &mut [bool],
+    ) {
+        self.each_contact_law(|law| {
+            let time = if law.bounces() { whole } else { Some(part) };
+            if let Some(time) = time {
+                law.solve(knots, &[], target, time, touched);
+            }
+        });
     }
 
     /// Adds the contacts that were answered within the step from `before` to `after`.

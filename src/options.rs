@@ -25,8 +25,6 @@ pub struct BuildOptions {
     pub free_chaser: bool,
     /// Whether something holds knots within a step: threads, which bring them close together.
     pub has_constraints: bool,
-    /// Whether an effect answers contacts: of cables, or of strands.
-    pub has_contact_laws: bool,
     /// Largest force of theirs on a knot [N].
     pub pull: f64,
     /// Largest acceleration of a field that the target is held against [m/s^2].

@@ -22,7 +22,7 @@ use crate::state::{EffectWork, Knots};
 use layouts::Route;
 use lock::Lock;
 use pulled::{Done, PulledKnots};
-use thread::{Node, Thread, ThreadSweeps};
+use thread::{Foresight, Node, Thread, ThreadSweeps};
 use winch::{Drive, Winch, WinchRecord};
 
 /// By how much a thread may be longer than what is off its reels below their largest tension, over its full
@@ -70,7 +70,10 @@ pub struct Line {
 /// What a step changes, to be taken back.
 #[derive(Clone, Debug)]
 struct Checkpoint {
+    /// See [`Mechanism::given`] [J].
+    given: f64,
     winches: Vec<Winch>,
+    foresight: Vec<Foresight>,
     lock: Option<Lock>,
     pulled: PulledKnots,
     outside: Outside,
@@ -217,6 +220,12 @@ impl Mechanism {
         }
     }
 
+    /// What it gave the knots since that was last accounted for and what threads drawn out may still give, less the work
+    /// of the winches from the start on: what rises it has created [J].
+    fn given(&self) -> f64 {
+        self.pulled.work() + self.stored() + self.drawn_out() - self.tally().work
+    }
+
     /// Hears where the knots are after the (sub-)step, and winds the threads in.
     fn finish_substep(&mut self, knots: &Knots) {
         for Line { thread, winch, .. } in &mut self.lines {
@@ -311,8 +320,13 @@ impl SubstepConstraint for Mechanism {
             return;
         }
         let inverse_mass = &self.inverse_mass;
+        // Sub-steps follow each other so closely that nothing is to be foreseen.
+        let foresees = self.effort == ThreadSweeps::WHOLE;
         for Line { thread, winch, .. } in &mut self.lines {
             thread.begin(knots, inverse_mass);
+            if foresees {
+                thread.foresee(step);
+            }
             winch.wind(|| thread.length_at_start());
         }
         if let Some(lock) = &mut self.lock {
@@ -325,6 +339,9 @@ impl SubstepConstraint for Mechanism {
 
         for Line { thread, winch, .. } in &mut self.lines {
             winch.pulled(step, thread.impulse(), thread.length_at_end());
+            if foresees {
+                thread.expect(knots, step);
+            }
             let outside = Outside::of(thread);
             self.outside.impulse += outside.impulse;
             self.outside.angular_impulse += outside.angular_impulse;
@@ -337,7 +354,9 @@ impl SubstepConstraint for Mechanism {
             line.winch.excess = 0.0;
         }
         self.checkpoint = self.runs.then(|| Checkpoint {
+            given: self.given(),
             winches: self.lines.iter().map(|line| line.winch).collect(),
+            foresight: self.lines.iter_mut().map(|line| line.thread.foresight().clone()).collect(),
             lock: self.lock.clone(),
             pulled: self.pulled.clone(),
             outside: self.outside,
@@ -346,19 +365,25 @@ impl SubstepConstraint for Mechanism {
 
     fn rollback(&mut self) {
         let Some(kept) = self.checkpoint.clone() else { return };
-        for (line, winch) in self.lines.iter_mut().zip(kept.winches) {
+        for ((line, winch), foresight) in self.lines.iter_mut().zip(kept.winches).zip(kept.foresight) {
             line.winch = winch;
+            *line.thread.foresight() = foresight;
         }
         self.lock = kept.lock;
         self.pulled = kept.pulled;
         self.outside = kept.outside;
     }
 
-    /// Whether it left a thread too long.
-    fn violated(&mut self, knots: &Knots) -> bool {
+    /// Whether it left a thread too long, or gave more than its winches did and than it held.
+    fn violated(&mut self, knots: &Knots, may_create: f64) -> bool {
         self.finish_substep(knots);
-        let thrown = self.runs && self.rate() * self.last_step > JERK * self.throw;
-        thrown || self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
+        if !self.runs {
+            return false;
+        }
+        let thrown = self.rate() * self.last_step > JERK * self.throw;
+        let kept = self.checkpoint.as_ref();
+        let created = kept.is_some_and(|kept| self.given() - kept.given > may_create);
+        thrown || created || self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
     }
 
     fn parts(&self, step: f64) -> u32 {

@@ -95,6 +95,11 @@ impl PulledKnots {
         }
     }
 
+    /// Work on them since it was last taken [J].
+    pub fn work(&self) -> f64 {
+        self.done.work
+    }
+
     /// What was done to them since this was last asked.
     pub fn take_done(&mut self) -> Done {
         std::mem::take(&mut self.done)

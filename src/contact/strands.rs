@@ -295,6 +295,13 @@ impl StrandContacts {
         })
     }
 
+    /// Forgets what it did since it was last asked: the step is done again.
+    pub fn forget(&mut self) {
+        if std::mem::take(&mut self.n_acted) > 0 {
+            self.impulses.fill(Vector3::zeros());
+        }
+    }
+
     /// What it did since the last time, within a step from `before` to `after`.
     ///
     /// Work on the knots: Σ J · (v⁻ + v⁺) / 2 over their impulses J, exactly its share in the change

@@ -118,13 +118,18 @@ impl SurfaceContacts {
         if let NormalSolver::GaussSeidel { lookahead: Some(lookahead), .. } = &mut self.solver.normal {
             lookahead.update(&state.contacts, body);
         }
-        for plane in &mut self.planes {
-            plane.begin_step();
-        }
+        self.forget();
         match self.schedule.update(&state.knots, body, step) {
             Detection::Separated => self.planes.clear(),
             Detection::Cached => {}
             Detection::Stale(margin) => self.detect(state, body, margin),
+        }
+    }
+
+    /// Forgets what was answered within the step: it begins, or is done again.
+    pub fn forget(&mut self) {
+        for plane in &mut self.planes {
+            plane.begin_step();
         }
     }
 

@@ -7,7 +7,7 @@
 //! | solver | how |
 //! |---|---|
 //! | `explicit+impulse`, `explicit+penalty` | in every sub-step, after the cables' pull |
-//! | `joints+impulse`, `joints+penalty` | before every step, as threads do |
+//! | `joints+impulse`, `joints+penalty` | before every part of a step, as threads do |
 //! | `joints+rapier` | the same, by our impulses: the engine has no row for two knots and a target |
 //!
 //! Friction and restitution are those of the knots' contacts. Contact is internal to net and target:
@@ -22,7 +22,7 @@ use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::{BuildContext, BuildOptions};
+use crate::options::BuildContext;
 use crate::state::{Body, Contact, EffectWork, Knots, State};
 
 /// Contact of cables has no parameters of its own.
@@ -31,10 +31,6 @@ use crate::state::{Body, Contact, EffectWork, Knots, State};
 pub struct CableContact {}
 
 impl Parameters for CableContact {
-    fn ask(&self, options: &mut BuildOptions) {
-        options.has_contact_laws = true;
-    }
-
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let contacts = context.contact_settings().map(|settings| settings.of_cables());
         let about = match contacts {
@@ -90,6 +86,12 @@ impl ContactLaw for TouchingCables {
         if let (Some(contacts), Some(body)) = (&mut self.contacts, target) {
             let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
             contacts.solve(&mut net, body, step);
+        }
+    }
+
+    fn rollback(&mut self) {
+        if let Some(contacts) = &mut self.contacts {
+            contacts.forget();
         }
     }
 

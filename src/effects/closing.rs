@@ -109,10 +109,7 @@ impl Parameters for Closing {
         if context.acts_in_substeps {
             mechanism.in_substeps();
         }
-        // Contacts of effects are answered once a step where they do not act in sub-steps: parts in which threads pull on
-        // without them would press cables into the target. On the default scene they came 20 mm deep, 3 mm without.
-        let answers_in_parts = context.acts_in_substeps || !context.options.has_contact_laws;
-        if context.target.is_some() && answers_in_parts {
+        if context.target.is_some() {
             mechanism.throws_at_most(THROW * context.contact_speed);
         }
         let about = format!(

@@ -12,7 +12,7 @@ use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::strands::{StrandContacts, bullet_radius};
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::{BuildContext, BuildOptions};
+use crate::options::BuildContext;
 use crate::quantity::Positive;
 use crate::state::{Body, EffectWork, Knots, State};
 
@@ -30,10 +30,6 @@ pub struct SelfContact {
 }
 
 impl Parameters for SelfContact {
-    fn ask(&self, options: &mut BuildOptions) {
-        options.has_contact_laws = true;
-    }
-
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
@@ -76,6 +72,10 @@ impl ContactLaw for Strands {
     ) {
         let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
         self.contacts.solve(&mut net, step);
+    }
+
+    fn rollback(&mut self) {
+        self.contacts.forget();
     }
 
     fn bounces(&self) -> bool {

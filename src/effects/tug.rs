@@ -75,8 +75,7 @@ impl Parameters for Tug {
         let reach = distance.max(FAR * net.designed_area.sqrt());
         let mut mechanism =
             Mechanism::new(vec![Line::new(&route, drive, 0.0, 0.0)], None, &step::answering_mass(context));
-        // As for closing threads: contacts of effects are not answered in parts of a step.
-        if context.target.is_some() && (context.acts_in_substeps || !context.options.has_contact_laws) {
+        if context.target.is_some() {
             mechanism.throws_at_most(THROW * context.contact_speed);
         }
         let about = format!("a tether at the centre knot, {} N", self.force_n.0);

@@ -1,5 +1,5 @@
-//! Into how many parts a step is cut: one, and more where its cables would make energy, or a jerk within
-//! it would lengthen a thread beyond its reels.
+//! Into how many parts a step is cut: one, and more where its cables would make energy, alone or together with contacts
+//! of effects, where a thread would give more than its winches, or a jerk within it lengthen one beyond its reels.
 //!
 //! SolverIterations alone do not save a step that is long against the cables' own period: rows that did not
 //! converge leave stretch, stretch of a stiff cable is energy, and the next step turns a part of it
@@ -51,12 +51,17 @@ impl AdaptiveSubstep {
         self.most > self.least
     }
 
+    /// Energy that cables, and constraints each, may create within a step [J].
+    pub fn may_create(&self) -> f64 {
+        TOLERANCE * self.scale
+    }
+
     /// Hears that cables made `gain` of energy in a step that ended with `energy` in the net [J], and
     /// whether threads `overran` in it. Whether that will do; if not, the step is to be done again in the
     /// parts that are now asked for.
     pub fn accept(&mut self, gain: f64, energy: f64, overran: bool) -> bool {
         // A gain that is no number will not do either.
-        let too_much = overran || gain.is_nan() || gain > TOLERANCE * self.scale;
+        let too_much = overran || gain.is_nan() || gain > self.may_create();
         if too_much && self.now < self.most {
             self.now = (2 * self.now).min(self.most);
             return false;

@@ -96,20 +96,21 @@ pub struct RapierJoints {
     /// Into how many parts a step is cut.
     substep: AdaptiveSubstep,
     cuts: Cuts,
-    answered: Answered,
     /// Impulse of contacts of effects on each knot within the step [N s]; none where no effect acts.
     given: Vec<Vector3<f64>>,
     /// Impulse of constraints on each knot within a part of it [N s]; none where no effect acts.
     pulled: Vec<Vector3<f64>>,
     /// Velocities at the start of that part, where effects act [m/s].
     part_start: Vec<Vector3<f64>>,
-    /// Work of effects on net and target within the step [J].
+    /// Work of contacts of effects on the target within the step [J].
+    given_to_target: f64,
+    /// Work of constraints and forces on the net within it [J].
     work_of_effects: f64,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
     /// Knots whose velocity an effect changed, and the velocities before [m/s].
     touched: Vec<bool>,
-    unconstrained: Vec<Vector3<f64>>,
+    untouched: Vec<Vector3<f64>>,
     step: f64,
 }
 
@@ -119,16 +120,6 @@ struct NearTarget {
     around: f64,
     /// Farthest way of a knot within a part of a step [m].
     way: f64,
-}
-
-/// What contacts of effects changed in a step.
-#[derive(Default)]
-struct Answered {
-    is_known: bool,
-    /// Knot and change of velocity [m/s].
-    knots: Vec<(usize, Vector3<f64>)>,
-    /// Changes of the target's velocity [m/s] and rate [rad/s], if it was changed.
-    target: Option<(Vector3<f64>, Vector3<f64>)>,
 }
 
 impl RapierJoints {
@@ -155,15 +146,15 @@ impl RapierJoints {
             }),
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
             substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context)),
-            answered: Answered::default(),
             given: Vec::new(),
             pulled: Vec::new(),
             part_start: Vec::new(),
+            given_to_target: 0.0,
             work_of_effects: 0.0,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
             touched: vec![false; net.n_knots()],
-            unconstrained: Vec::new(),
+            untouched: Vec::new(),
             step: time_step.step,
             world,
         }
@@ -187,7 +178,7 @@ impl RapierJoints {
     /// net whose cables touch a box gained so 0.19 of its launch energy.
     fn energy_error(&self, start: f64, before: &State, state: &State) -> f64 {
         let mut gain = self.cables.energy(&state.knots) + self.energy_of(&state.target) - start;
-        gain -= self.work_of_effects;
+        gain -= self.work_of_effects + self.given_to_target;
         let ends = before.knots.velocity.iter().zip(&state.knots.velocity);
         gain -= self.given.iter().zip(ends).map(|(given, (v, w))| 0.5 * given.dot(&(v + w))).sum::<f64>();
         let is_held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
@@ -228,7 +219,6 @@ impl RapierJoints {
         self.starts[0].clone_from(state);
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
-        self.answered.is_known = false;
         let may_cut = self.substep.may_cut();
         if may_cut {
             with.checkpoint();
@@ -241,17 +231,33 @@ impl RapierJoints {
         let mut cuts = 0;
         loop {
             self.cuts.count(u64::from(self.substep.now()), state.time)?;
-            let gain = self.in_parts(before, state, with, work, clock)? - energy;
-            let violated = may_cut && with.violated(&state.knots);
-            if self.substep.accept(gain, energy + gain, violated) {
+            let by_cables = self.in_parts(before, state, with, work, clock)? - energy;
+            let rise = self.rise(state, energy, with);
+            // In this order what is not a number stays so.
+            let gain = if rise > by_cables { rise } else { by_cables };
+            let violated = may_cut && with.violated(&state.knots, self.substep.may_create());
+            if self.substep.accept(gain, energy + by_cables, violated) {
                 return Ok(cuts);
             }
-            // Cables made energy, or threads are too long: back to the start, and on in more parts.
+            // Cables or contacts made energy, or threads are too long: back to the start, and on in more parts.
             state.clone_from(&self.starts[0]);
             self.world.write(state);
             with.rollback();
             cuts += 1;
         }
+    }
+
+    /// By how much the energy of net and free target rose within the step beyond what constraints and forces put in, where
+    /// contacts of effects act [J]; `energy`: what the net had. What such a contact takes from light knots and cables give them
+    /// back at once is no gain of the cables, so what both make is looked for in their sum. Where one bounces shorter parts
+    /// would not help it.
+    fn rise(&self, state: &State, energy: f64, with: &mut Interactions) -> f64 {
+        let is_held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
+        if !with.touch() || is_held || with.bounce() {
+            return f64::NEG_INFINITY;
+        }
+        let of_target = self.energy_of(&state.target) - self.energy_of(&self.starts[0].target);
+        self.cables.energy(&state.knots) - energy + of_target - self.work_of_effects
     }
 
     /// The step in as many parts as are asked for; the energy of the net at its end, without the work
@@ -267,7 +273,7 @@ impl RapierJoints {
         let n_parts = self.substep.now();
         let step = self.step / f64::from(n_parts);
         let mut put_in = 0.0;
-        self.work_of_effects = 0.0;
+        (self.work_of_effects, self.given_to_target) = (0.0, 0.0);
         self.given.fill(Vector3::zeros());
         self.contacts.begin(state);
         state.tension.fill(0.0);
@@ -286,6 +292,8 @@ impl RapierJoints {
             let is_pushed = part == 0 && state.target != before.target;
             if is_pushed {
                 self.starts[1].clone_from(before);
+            }
+            if part > 0 || is_pushed {
                 self.starts[1].target = state.target;
             }
             failure::check(state, "cables")?;
@@ -324,20 +332,13 @@ impl RapierJoints {
         Ok(self.cables.energy(&state.knots) - put_in)
     }
 
-    /// What effects do before the world moves: constraints in every part, contacts in the first. The contacts' work on
-    /// the net [J].
+    /// What effects do before the world moves. The contacts' work on the net [J].
     fn act(&mut self, state: &mut State, step: f64, part: u32, with: &mut Interactions) -> f64 {
         // Constraints last but for contacts: nothing but the world's rows then spoils them.
         if with.constrain() {
             self.constrain(state, step, with);
         }
-        if part > 0 || !with.touch() {
-            return 0.0;
-        }
-        let energy = self.energy_of(&state.target);
-        let work = self.answer_contacts(state, with);
-        self.work_of_effects += self.energy_of(&state.target) - energy;
-        work
+        if with.touch() { self.touch(state, step, part, with) } else { 0.0 }
     }
 
     /// Work of constraints on knots within a part that ended at `state` [J]: with the mean velocity over the part, which
@@ -351,51 +352,39 @@ impl RapierJoints {
 
     /// Constraints act in every part.
     fn constrain(&mut self, state: &mut State, step: f64, with: &mut Interactions) {
-        self.unconstrained.clone_from(&state.knots.velocity);
+        self.untouched.clone_from(&state.knots.velocity);
         with.solve_constraints(&mut state.knots, step, &mut self.touched);
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
-                let (old, new) = (&self.unconstrained[knot], &state.knots.velocity[knot]);
+                let (old, new) = (&self.untouched[knot], &state.knots.velocity[knot]);
                 self.pulled[knot] += (new - old) / self.inverse_mass[knot];
                 self.world.set_velocity(knot, new);
             }
         }
     }
 
-    /// Contacts of effects are answered once a step: when it is done again, by as much. Their work on the
-    /// net [J].
-    fn answer_contacts(&mut self, state: &mut State, with: &mut Interactions) -> f64 {
-        if !self.answered.is_known {
-            // No part has begun: the memory of its start is free.
-            let (knots, mut target) = (&mut self.starts[1].knots, state.target);
-            knots.clone_from(&state.knots);
-            with.solve_contacts(knots, &[], &mut target, self.step, &mut self.touched);
-            self.answered.is_known = true;
-            self.answered.knots.clear();
-            for (knot, touched) in self.touched.iter_mut().enumerate() {
-                if std::mem::take(touched) {
-                    self.answered.knots.push((knot, knots.velocity[knot] - state.knots.velocity[knot]));
-                }
-            }
-            self.answered.target = match (state.target, target) {
-                (Some(old), Some(new)) if old != new => {
-                    Some((new.velocity - old.velocity, new.rate - old.rate))
-                }
-                _ => None,
-            };
-        }
+    /// Contacts of effects are answered in every part, for a part: an impulse for the whole step at its start, with
+    /// cables and threads that pull on in the parts after it, made 3e-2 of the energy of a closing Cubesat's net. Those that
+    /// bounce are so answered all the same: in every part, what cables did in the one before would bounce as well, 91 times
+    /// the launch energy in `stress strands-bounce`. Their work on the net [J].
+    fn touch(&mut self, state: &mut State, step: f64, part: u32, with: &mut Interactions) -> f64 {
+        self.untouched.clone_from(&state.knots.velocity);
+        let target = state.target;
+        let whole = (part == 0).then_some(self.step);
+        with.solve_contacts_of_part(&mut state.knots, &mut state.target, step, whole, &mut self.touched);
         let mut work = 0.0;
-        for &(knot, change) in &self.answered.knots {
-            let velocity = &mut state.knots.velocity[knot];
-            work += change.dot(&(*velocity + 0.5 * change)) / self.inverse_mass[knot];
-            self.given[knot] += change / self.inverse_mass[knot];
-            *velocity += change;
-            self.world.set_velocity(knot, velocity);
+        for (knot, touched) in self.touched.iter_mut().enumerate() {
+            if std::mem::take(touched) {
+                let (old, new) = (&self.untouched[knot], &state.knots.velocity[knot]);
+                let impulse = (new - old) / self.inverse_mass[knot];
+                work += 0.5 * impulse.dot(&(old + new));
+                self.given[knot] += impulse;
+                self.world.set_velocity(knot, new);
+            }
         }
-        if let (Some(body), Some((velocity, rate))) = (&mut state.target, self.answered.target) {
-            body.velocity += velocity;
-            body.rate += rate;
+        if let Some(body) = state.target.as_ref().filter(|_| state.target != target) {
             self.world.set_target(body);
+            self.given_to_target += self.energy_of(&state.target) - self.energy_of(&target);
         }
         work
     }
@@ -470,7 +459,7 @@ impl Stepper for RapierJoints {
         }
         let (mut cuts, mut velocity_lag) = (0, 0.0);
         if self.flies(state) {
-            self.work_of_effects = 0.0;
+            (self.work_of_effects, self.given_to_target) = (0.0, 0.0);
             self.given.clear();
             if let Some(flight) = &mut self.flight {
                 velocity_lag = flight.step(before, state, with, work)?.velocity_lag;
