@@ -115,6 +115,12 @@ pub trait ContactLaw: Send {
         false
     }
 
+    /// Whether it reckons with what cables will do after it, and so is answered in every part of a step; else in its
+    /// first, for the whole step.
+    fn foresees(&self) -> bool {
+        false
+    }
+
     /// Adds the contacts it answered within the step from `before` to `after`.
     fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
 
@@ -510,6 +516,16 @@ impl Interactions {
         lists.filter_map(|&index| Some(self.list[index].effect.contacts()?.bounces())).any(|bounces| bounces)
     }
 
+    /// Whether a contact law foresees what cables do, and none bounces.
+    pub fn foresee(&mut self) -> bool {
+        let (mut foresees, mut bounces) = (false, false);
+        self.each_contact_law(|law| {
+            foresees |= law.foresees();
+            bounces |= law.bounces();
+        });
+        foresees && !bounces
+    }
+
     fn each_contact_law(&mut self, mut act: impl FnMut(&mut dyn ContactLaw)) {
         for i in 0..self.contacts.len() {
             self.timed(self.contacts[i], |effect| {
@@ -532,7 +548,7 @@ impl Interactions {
         self.each_contact_law(|law| law.solve(knots, before, target, step, touched));
     }
 
-    /// The same for a part of a step, `part` seconds; those that bounce in its first alone, for the `whole` step [s].
+    /// The same for a part of a step, `part` seconds; those that foresee nothing in its first alone, for the `whole` step [s].
     pub fn solve_contacts_of_part(
         &mut self,
         knots: &mut Knots,
@@ -542,7 +558,7 @@ impl Interactions {
         touched: &mut [bool],
     ) {
         self.each_contact_law(|law| {
-            let time = if law.bounces() { whole } else { Some(part) };
+            let time = if law.foresees() { Some(part) } else { whole };
             if let Some(time) = time {
                 law.solve(knots, &[], target, time, touched);
             }

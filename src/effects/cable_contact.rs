@@ -7,8 +7,8 @@
 //! | solver | how |
 //! |---|---|
 //! | `explicit+impulse`, `explicit+penalty` | in every sub-step, after the cables' pull |
-//! | `joints+impulse`, `joints+penalty` | before every part of a step, as threads do |
-//! | `joints+rapier` | the same, by our impulses: the engine has no row for two knots and a target |
+//! | `joints+impulse`, `joints+penalty` | before every step |
+//! | `joints+rapier` | before every part of a step, by our impulses: the engine has no row for two knots and a target |
 //!
 //! Friction and restitution are those of the knots' contacts. Contact is internal to net and target:
 //! what the normal impulses take goes to this effect's row of the ledger, what friction takes to that
@@ -97,6 +97,11 @@ impl ContactLaw for TouchingCables {
 
     fn bounces(&self) -> bool {
         self.bounces
+    }
+
+    /// By rows for the engine's cables. What these did in the part before would bounce, too.
+    fn foresees(&self) -> bool {
+        !self.bounces
     }
 
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {

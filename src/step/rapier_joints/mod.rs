@@ -248,12 +248,12 @@ impl RapierJoints {
     }
 
     /// By how much the energy of net and free target rose within the step beyond what constraints and forces put in, where
-    /// contacts of effects act [J]; `energy`: what the net had. What such a contact takes from light knots and cables give them
-    /// back at once is no gain of the cables, so what both make is looked for in their sum. Where one bounces shorter parts
-    /// would not help it.
+    /// contacts are answered in every part [J]; `energy`: what the net had. What such a contact takes from light knots and cables give them
+    /// back at once is no gain of the cables, so what both make is looked for in their sum. Where one bounces shorter
+    /// parts would not help it.
     fn rise(&self, state: &State, energy: f64, with: &mut Interactions) -> f64 {
         let is_held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
-        if !with.touch() || is_held || with.bounce() {
+        if is_held || !with.foresee() {
             return f64::NEG_INFINITY;
         }
         let of_target = self.energy_of(&state.target) - self.energy_of(&self.starts[0].target);
@@ -363,10 +363,10 @@ impl RapierJoints {
         }
     }
 
-    /// Contacts of effects are answered in every part, for a part: an impulse for the whole step at its start, with
-    /// cables and threads that pull on in the parts after it, made 3e-2 of the energy of a closing Cubesat's net. Those that
-    /// bounce are so answered all the same: in every part, what cables did in the one before would bounce as well, 91 times
-    /// the launch energy in `stress strands-bounce`. Their work on the net [J].
+    /// Contacts of effects that reckon with the cables are answered in every part, for a part: an impulse for the whole
+    /// step at its start, with cables and threads that pull on in the parts after it, made 3e-2 of the energy of a
+    /// closing Cubesat's net. Others once a step: what cables did in the part before would be a hit again, and strands of
+    /// a wad made 0.4 of its energy, those that bounce 91 times the launch energy. Their work on the net [J].
     fn touch(&mut self, state: &mut State, step: f64, part: u32, with: &mut Interactions) -> f64 {
         self.untouched.clone_from(&state.knots.velocity);
         let target = state.target;
