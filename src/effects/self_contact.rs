@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::strands::{StrandContacts, bullet_radius};
-use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
+use crate::interaction::{ContactLaw, ContactTiming, Effect, Interaction, StepObserver};
 use crate::options::BuildContext;
 use crate::quantity::Positive;
 use crate::state::{Body, EffectWork, Knots, State};
@@ -78,8 +78,8 @@ impl ContactLaw for Strands {
         self.contacts.forget();
     }
 
-    fn bounces(&self) -> bool {
-        self.bounces
+    fn timing(&self) -> ContactTiming {
+        if self.bounces { ContactTiming::Bouncing } else { ContactTiming::OncePerStep }
     }
 }
 

@@ -253,7 +253,7 @@ impl RapierJoints {
     /// parts would not help it.
     fn rise(&self, state: &State, energy: f64, with: &mut Interactions) -> f64 {
         let is_held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
-        if is_held || !with.foresee() {
+        if is_held || !with.touch_in_parts() {
             return f64::NEG_INFINITY;
         }
         let of_target = self.energy_of(&state.target) - self.energy_of(&self.starts[0].target);
