@@ -356,7 +356,7 @@ impl SubstepConstraint for Mechanism {
         self.checkpoint = self.runs.then(|| Checkpoint {
             given: self.given(),
             winches: self.lines.iter().map(|line| line.winch).collect(),
-            foresight: self.lines.iter_mut().map(|line| line.thread.foresight().clone()).collect(),
+            foresight: self.lines.iter().map(|line| line.thread.foresight.clone()).collect(),
             lock: self.lock.clone(),
             pulled: self.pulled.clone(),
             outside: self.outside,
@@ -367,7 +367,7 @@ impl SubstepConstraint for Mechanism {
         let Some(kept) = self.checkpoint.clone() else { return };
         for ((line, winch), foresight) in self.lines.iter_mut().zip(kept.winches).zip(kept.foresight) {
             line.winch = winch;
-            *line.thread.foresight() = foresight;
+            line.thread.foresight = foresight;
         }
         self.lock = kept.lock;
         self.pulled = kept.pulled;

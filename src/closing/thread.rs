@@ -153,10 +153,12 @@ pub struct Thread {
     /// For every node its place among the distinct knots.
     slots: Vec<Option<usize>>,
 
+    /// What the rest of the world does to segments, where somebody asks; to be kept, and given back when a step is done
+    /// again.
+    pub foresight: Foresight,
+
     // Written by `begin`.
     segments: Vec<Segment>,
-    /// What the rest of the world does to segments, where somebody asks.
-    foresight: Foresight,
     /// Gradient of each distinct knot.
     gradient: Vec<Vector3<f64>>,
     /// Pull per tension of each distinct knot.
@@ -323,17 +325,12 @@ impl Thread {
 
     /// Takes down how long short segments will be if the rest of the world does nothing.
     pub fn expect(&mut self, knots: &Knots, step: f64) {
-        let at = |node: &Node| node.place(knots, &self.anchor) + step * node.velocity(knots);
+        let at = |node: &Node| node.place_after(step, knots, &self.anchor);
         for ((segment, (_, expected)), nodes) in
             self.segments.iter().zip(&mut self.foresight.segments).zip(self.nodes.windows(2))
         {
             *expected = segment.is_short.then(|| (at(&nodes[1]) - at(&nodes[0])).norm());
         }
-    }
-
-    /// What it foresees, to be kept and given back when a step is done again.
-    pub fn foresight(&mut self) -> &mut Foresight {
-        &mut self.foresight
     }
 
     /// Tension of each segment over the largest: e^(−μφ), φ the angle turned since the nearest
@@ -462,7 +459,7 @@ impl Thread {
 
     /// S(x + h v): its length after `step` seconds if nothing changes the velocities [m].
     pub fn length_after(&self, knots: &Knots, step: f64) -> f64 {
-        let at = |node: &Node| node.place(knots, &self.anchor) + step * node.velocity(knots);
+        let at = |node: &Node| node.place_after(step, knots, &self.anchor);
         let mut from = at(&self.nodes[0]);
         let mut length = 0.0;
         for node in &self.nodes[1..] {
@@ -485,6 +482,11 @@ impl Node {
             Node::Knot(knot) => knots.position[knot],
             Node::Anchor => *anchor,
         }
+    }
+
+    /// Where it is `step` seconds later if nothing changes its velocity [m].
+    fn place_after(self, step: f64, knots: &Knots, anchor: &Vector3<f64>) -> Vector3<f64> {
+        self.place(knots, anchor) + step * self.velocity(knots)
     }
 
     /// How fast it is [m/s]; the anchor stands.

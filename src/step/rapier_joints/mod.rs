@@ -160,6 +160,11 @@ impl RapierJoints {
         }
     }
 
+    /// Whether there is a target that is fixed or driven.
+    fn target_is_held(&self) -> bool {
+        self.target.as_ref().is_some_and(|target| target.motion != Motion::Free)
+    }
+
     /// Kinetic energy of a free target [J].
     fn energy_of(&self, target: &Option<Body>) -> f64 {
         match (&self.target, target) {
@@ -181,7 +186,7 @@ impl RapierJoints {
         gain -= self.work_of_effects + self.given_to_target;
         let ends = before.knots.velocity.iter().zip(&state.knots.velocity);
         gain -= self.given.iter().zip(ends).map(|(given, (v, w))| 0.5 * given.dot(&(v + w))).sum::<f64>();
-        let is_held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
+        let is_held = self.target_is_held();
         for contact in state.contacts.iter().filter(|contact| contact.along.is_none()) {
             gain += contact.friction_loss;
             if is_held {
@@ -231,8 +236,10 @@ impl RapierJoints {
         let mut cuts = 0;
         loop {
             self.cuts.count(u64::from(self.substep.now()), state.time)?;
-            let by_cables = self.in_parts(before, state, with, work, clock)? - energy;
-            let rise = self.rise(state, energy, with);
+            let put_in = self.in_parts(before, state, with, work, clock)?;
+            let energy_now = self.cables.energy(&state.knots);
+            let by_cables = energy_now - put_in - energy;
+            let rise = self.rise(energy_now - energy, &state.target, with);
             // In this order what is not a number stays so.
             let gain = if rise > by_cables { rise } else { by_cables };
             let violated = may_cut && with.violated(&state.knots, self.substep.may_create());
@@ -248,20 +255,19 @@ impl RapierJoints {
     }
 
     /// By how much the energy of net and free target rose within the step beyond what constraints and forces put in, where
-    /// contacts are answered in every part [J]; `energy`: what the net had. What such a contact takes from light knots and cables give them
-    /// back at once is no gain of the cables, so what both make is looked for in their sum. Where one bounces shorter
-    /// parts would not help it.
-    fn rise(&self, state: &State, energy: f64, with: &mut Interactions) -> f64 {
-        let is_held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
-        if is_held || !with.touch_in_parts() {
+    /// contacts are answered in every part [J]; `of_net`: the net's share of it.
+    ///
+    /// What such a contact takes from light knots and cables give them back at once is no gain of the cables, so what
+    /// both make is looked for in their sum. Where one bounces shorter parts would not help it.
+    fn rise(&self, of_net: f64, target: &Option<Body>, with: &mut Interactions) -> f64 {
+        if self.target_is_held() || !with.touch_in_parts() {
             return f64::NEG_INFINITY;
         }
-        let of_target = self.energy_of(&state.target) - self.energy_of(&self.starts[0].target);
-        self.cables.energy(&state.knots) - energy + of_target - self.work_of_effects
+        let of_target = self.energy_of(target) - self.energy_of(&self.starts[0].target);
+        of_net + of_target - self.work_of_effects
     }
 
-    /// The step in as many parts as are asked for; the energy of the net at its end, without the work
-    /// of contacts and effects within it [J].
+    /// The step in as many parts as are asked for; the work of contacts and effects on the net within it [J].
     fn in_parts(
         &mut self,
         before: &State,
@@ -329,7 +335,7 @@ impl RapierJoints {
         let by_forces = loads.map(|(force, (from, to))| force.dot(&(to - from))).sum::<f64>();
         put_in += by_forces;
         self.work_of_effects += by_forces;
-        Ok(self.cables.energy(&state.knots) - put_in)
+        Ok(put_in)
     }
 
     /// What effects do before the world moves. The contacts' work on the net [J].
