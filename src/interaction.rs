@@ -87,17 +87,6 @@ pub trait SubstepConstraint: Send {
     }
 }
 
-/// When a contact law is answered where a step has parts; in every sub-step of a net of our own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ContactTiming {
-    /// In every part: it reckons with what cables do after it.
-    EveryPart,
-    /// In the first part, for the whole step.
-    OncePerStep,
-    /// The same, and it asks for the velocities before forces acted, as restitution does.
-    Bouncing,
-}
-
 /// Answers contacts that the method of the run does not know of.
 pub trait ContactLaw: Send {
     /// Adds the knots that it may look at or change within the coming step, some perhaps again: all `n_knots`,
@@ -121,9 +110,9 @@ pub trait ContactLaw: Send {
     /// Forgets what it answered since the start of the step, which is done again.
     fn rollback(&mut self) {}
 
-    /// When it is answered.
-    fn timing(&self) -> ContactTiming {
-        ContactTiming::OncePerStep
+    /// Whether it asks for the velocities before forces acted, as restitution does.
+    fn bounces(&self) -> bool {
+        false
     }
 
     /// Adds the contacts it answered within the step from `before` to `after`.
@@ -517,17 +506,7 @@ impl Interactions {
 
     /// Whether a contact law asks for velocities before forces acted.
     pub fn bounce(&mut self) -> bool {
-        self.has_timing(ContactTiming::Bouncing)
-    }
-
-    /// Whether a contact law is answered in every part of a step, and none bounces.
-    pub fn touch_in_parts(&mut self) -> bool {
-        self.has_timing(ContactTiming::EveryPart) && !self.bounce()
-    }
-
-    fn has_timing(&mut self, timing: ContactTiming) -> bool {
-        let lists = self.contacts.iter();
-        lists.filter_map(|&index| Some(self.list[index].effect.contacts()?.timing())).any(|own| own == timing)
+        self.contacts.iter().any(|&index| self.list[index].effect.contacts().is_some_and(|law| law.bounces()))
     }
 
     fn each_contact_law(&mut self, mut act: impl FnMut(&mut dyn ContactLaw)) {
@@ -550,24 +529,6 @@ impl Interactions {
         touched: &mut [bool],
     ) {
         self.each_contact_law(|law| law.solve(knots, before, target, step, touched));
-    }
-
-    /// The same for a part of a step, `part` seconds; those that are answered once in its first alone, for the `whole`
-    /// step [s].
-    pub fn solve_contacts_of_part(
-        &mut self,
-        knots: &mut Knots,
-        target: &mut Option<Body>,
-        part: f64,
-        whole: Option<f64>,
-        touched: &mut [bool],
-    ) {
-        self.each_contact_law(|law| {
-            let time = if law.timing() == ContactTiming::EveryPart { Some(part) } else { whole };
-            if let Some(time) = time {
-                law.solve(knots, &[], target, time, touched);
-            }
-        });
     }
 
     /// Adds the contacts that were answered within the step from `before` to `after`.

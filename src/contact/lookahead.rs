@@ -30,8 +30,9 @@ pub struct Lookahead {
     /// Knots of the net.
     pub n_knots: usize,
     cables: Arc<[Cable]>,
-    /// Impulse of each cable within the last step [N s].
+    /// Impulse of each cable within the last step [N s], and how long that was [s].
     impulse: Vec<f64>,
+    step: f64,
     /// The knots' contacts of the last step: knot, normal, point in the body frame, impulse.
     held: Vec<(usize, Vector3<f64>, Vector3<f64>, f64)>,
     /// Cables that have a row; kept for its memory.
@@ -44,6 +45,7 @@ impl Lookahead {
         Lookahead {
             n_knots: net.n_knots(),
             impulse: vec![0.0; net.cables.len()],
+            step: f64::INFINITY,
             cables: Arc::clone(&net.cables),
             held: Vec::new(),
             taut: Vec::new(),
@@ -68,6 +70,9 @@ impl Lookahead {
     /// Adds the engine's rows for a step of `step` seconds to `rows`.
     pub fn add_rows(&mut self, net: &impl NetMotion, body: &Body, step: f64, rows: &mut Vec<ContactRow>) {
         self.taut.clear();
+        // What a longer step took is too much of a guess for a shorter, and too few passes take it back.
+        let share = (step / self.step).min(1.0);
+        self.step = step;
         for (index, cable) in self.cables.iter().enumerate() {
             let across = net.position(cable.b) - net.position(cable.a);
             let parting = (net.velocity(cable.b) - net.velocity(cable.a)).norm();
@@ -82,7 +87,7 @@ impl Lookahead {
             rows.push(ContactRow {
                 wanted_speed: if stretch > 0.0 { stretch / (step + c / k) } else { stretch / step },
                 softness: 1.0 / (step * (step * k + c)),
-                impulse: self.impulse[index],
+                impulse: share * self.impulse[index],
                 ..held_row(weights, weights.inverse_mass(net), -across / length, None)
             });
         }

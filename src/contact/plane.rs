@@ -154,7 +154,7 @@ impl ContactPlane {
     ) -> ContactRow {
         let PlaceAtPlane { normal, arm, velocity, speed, .. } = *place;
         let weights = self.weights();
-        let closing = if parting.restitution > 0.0 {
+        let speed_before = if parting.restitution > 0.0 {
             let before = weights.sum(|knot| net.velocity_before(knot));
             normal.dot(&(before - body.velocity - body.rate.cross(&arm)))
         } else {
@@ -171,7 +171,7 @@ impl ContactPlane {
             gap,
             velocity,
             speed,
-            wanted_speed: parting.wanted_speed(gap, closing, self.radius, step),
+            wanted_speed: parting.wanted_speed(gap, [speed_before, speed], self.radius, step),
             softness: 0.0,
             impulse: self.impulse,
             friction: Vector3::zeros(),

@@ -33,8 +33,9 @@ use parry3d::math::Vector as ParryVector;
 use parry3d::query::details::closest_points_segment_segment_with_locations_nD as closest_points;
 
 use super::InverseInertia;
-use super::gauss_seidel::{self, IterationLimits};
+use super::lookahead::Lookahead;
 use super::row::{ContactRow, JacobianWeights, MarkedKnots, NetMotion, Parting, PushOut};
+use super::solver::{ContactSolver, NormalSolver};
 use crate::net::Net;
 use crate::state::{Body, EffectWork, Knots};
 
@@ -63,6 +64,7 @@ pub fn memory(net: &Net) -> f64 {
 /// The strands of a net, and their contacts.
 pub struct StrandContacts {
     strands: Vec<Strand>,
+    solver: ContactSolver,
     parting: Parting,
     /// How much nearer any two knots can have come since the start [m].
     travelled: f64,
@@ -146,8 +148,13 @@ impl ClosestPoints {
 }
 
 impl StrandContacts {
-    /// Watches `net`, whose bullets have `bullet_radius` [m].
-    pub fn new(net: &Net, bullet_radius: f64, restitution: f64) -> StrandContacts {
+    /// Watches `net`, whose bullets have `bullet_radius` [m]; with a `lookahead` where the engine moves its cables.
+    pub fn new(
+        net: &Net,
+        bullet_radius: f64,
+        restitution: f64,
+        lookahead: Option<Lookahead>,
+    ) -> StrandContacts {
         let cable = |index: usize| {
             let cable = &net.cables[index];
             Strand { ends: [cable.a, cable.b], radius: net.cable_radius(index) }
@@ -171,9 +178,13 @@ impl StrandContacts {
                 }
             }
         }
+        let push_out = PushOut::Time(PUSH_OUT);
+        let parting = Parting { restitution, push_out, in_turn: lookahead.is_some() };
+        let normal = NormalSolver::GaussSeidel { lookahead, trial: Vec::new() };
         StrandContacts {
             strands,
-            parting: Parting { restitution, push_out: PushOut::Time(PUSH_OUT) },
+            solver: ContactSolver { normal, friction: None, coupled: true },
+            parting,
             travelled: 0.0,
             distant,
             near,
@@ -201,7 +212,7 @@ impl StrandContacts {
             rate: Vector3::zeros(),
         };
         let target = InverseInertia::default();
-        gauss_seidel::solve(&mut self.rows, net, &mut nobody, &target, IterationLimits::WHOLE);
+        self.solver.solve(&mut self.rows, net, &mut nobody, &target, step);
         for row in &self.rows {
             if row.impulse > 0.0 {
                 self.n_acted += 1;
@@ -273,7 +284,7 @@ impl StrandContacts {
         if pair.folded_into || (gap >= 0.0 && gap + step * speed >= 0.0) {
             return None;
         }
-        let closing = normal.dot(&weights.sum(|knot| net.velocity_before(knot)));
+        let speed_before = normal.dot(&weights.sum(|knot| net.velocity_before(knot)));
         // The thinner strand's: one that went through another would be shot off.
         let [one, other] = pair.strands.map(|strand| self.strands[strand as usize].radius);
         let radius = one.min(other);
@@ -286,7 +297,7 @@ impl StrandContacts {
             gap,
             velocity,
             speed,
-            wanted_speed: self.parting.wanted_speed(gap, closing, radius, step),
+            wanted_speed: self.parting.wanted_speed(gap, [speed_before, speed], radius, step),
             softness: 0.0,
             // From nothing: in a wad the impulses of the step before are no guess, and passes that end
             // before they have taken a bad one back leave its energy behind.

@@ -91,7 +91,7 @@ impl SurfaceContacts {
             planes: Vec::new(),
             rows: Vec::new(),
             planes_of: Vec::new(),
-            step: 0.0,
+            step: f64::MIN_POSITIVE,
             lag: 0.5,
             n_detections: 0,
         }
@@ -160,10 +160,15 @@ impl SurfaceContacts {
         if self.planes.is_empty() {
             return;
         }
+        // What a longer step took is too much of a guess for a shorter, and too few passes take it back.
+        let share = (step / self.step).min(1.0);
         self.step = step;
         self.find_rows(net, body, step);
         if self.rows.is_empty() {
             return;
+        }
+        for row in &mut self.rows {
+            row.impulse *= share;
         }
         let target = self.inverse_inertia.at(body);
         let before = *body;

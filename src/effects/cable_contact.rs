@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::surface::SurfaceContacts;
-use crate::interaction::{ContactLaw, ContactTiming, Effect, Interaction, StepObserver};
+use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
 use crate::options::BuildContext;
 use crate::state::{Body, Contact, EffectWork, Knots, State};
 
@@ -95,9 +95,8 @@ impl ContactLaw for TouchingCables {
         }
     }
 
-    /// Its rows reckon with the engine's cables; what these did in the part before would bounce, too.
-    fn timing(&self) -> ContactTiming {
-        if self.bounces { ContactTiming::Bouncing } else { ContactTiming::EveryPart }
+    fn bounces(&self) -> bool {
+        self.bounces
     }
 
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {

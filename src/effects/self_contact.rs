@@ -9,9 +9,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Parameters;
+use crate::contact::lookahead::Lookahead;
 use crate::contact::row::MarkedKnots;
 use crate::contact::strands::{StrandContacts, bullet_radius};
-use crate::interaction::{ContactLaw, ContactTiming, Effect, Interaction, StepObserver};
+use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
 use crate::options::BuildContext;
 use crate::quantity::Positive;
 use crate::state::{Body, EffectWork, Knots, State};
@@ -33,7 +34,9 @@ impl Parameters for SelfContact {
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
-        let contacts = StrandContacts::new(net, bullet_radius, self.restitution);
+        // Else the engine moves cables after it.
+        let lookahead = (!context.acts_in_substeps).then(|| Lookahead::new(net));
+        let contacts = StrandContacts::new(net, bullet_radius, self.restitution, lookahead);
         let (n_pairs, millimetres) = (contacts.n_pairs(), 1e3 * bullet_radius);
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
         let inverse_mass = net.mass.iter().map(|mass| 1.0 / mass).collect();
@@ -78,8 +81,8 @@ impl ContactLaw for Strands {
         self.contacts.forget();
     }
 
-    fn timing(&self) -> ContactTiming {
-        if self.bounces { ContactTiming::Bouncing } else { ContactTiming::OncePerStep }
+    fn bounces(&self) -> bool {
+        self.bounces
     }
 }
 

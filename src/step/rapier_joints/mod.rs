@@ -108,6 +108,10 @@ pub struct RapierJoints {
     work_of_effects: f64,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
+    /// Velocities that contacts of effects left when they were last answered, and at the start of the step [m/s]; kept
+    /// where these bounce.
+    answered: Vec<Vector3<f64>>,
+    answered_before: Vec<Vector3<f64>>,
     /// Knots whose velocity an effect changed, and the velocities before [m/s].
     touched: Vec<bool>,
     untouched: Vec<Vector3<f64>>,
@@ -153,6 +157,8 @@ impl RapierJoints {
             work_of_effects: 0.0,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
+            answered: Vec::new(),
+            answered_before: Vec::new(),
             touched: vec![false; net.n_knots()],
             untouched: Vec::new(),
             step: time_step.step,
@@ -222,6 +228,7 @@ impl RapierJoints {
         clock: &mut Clock,
     ) -> Result<u32, Failure> {
         self.starts[0].clone_from(state);
+        self.answered_before.clone_from(&self.answered);
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
         let may_cut = self.substep.may_cut();
@@ -248,6 +255,7 @@ impl RapierJoints {
             }
             // Cables or contacts made energy, or threads are too long: back to the start, and on in more parts.
             state.clone_from(&self.starts[0]);
+            self.answered.clone_from(&self.answered_before);
             self.world.write(state);
             with.rollback();
             cuts += 1;
@@ -255,12 +263,12 @@ impl RapierJoints {
     }
 
     /// By how much the energy of net and free target rose within the step beyond what constraints and forces put in, where
-    /// contacts are answered in every part [J]; `of_net`: the net's share of it.
+    /// there are contacts of effects [J]; `of_net`: the net's share of it.
     ///
     /// What such a contact takes from light knots and cables give them back at once is no gain of the cables, so what
-    /// both make is looked for in their sum. Where one bounces shorter parts would not help it.
+    /// both make is looked for in their sum.
     fn rise(&self, of_net: f64, target: &Option<Body>, with: &mut Interactions) -> f64 {
-        if self.target_is_held() || !with.touch_in_parts() {
+        if self.target_is_held() || !with.touch() {
             return f64::NEG_INFINITY;
         }
         let of_target = self.energy_of(target) - self.energy_of(&self.starts[0].target);
@@ -293,7 +301,7 @@ impl RapierJoints {
             if part > 0 {
                 self.starts[1].clone_from(state);
             }
-            put_in += self.act(state, step, part, with);
+            put_in += self.act(state, step, with);
             // What the engine's contacts do to the target begins after what effects did to it.
             let is_pushed = part == 0 && state.target != before.target;
             if is_pushed {
@@ -339,12 +347,12 @@ impl RapierJoints {
     }
 
     /// What effects do before the world moves. The contacts' work on the net [J].
-    fn act(&mut self, state: &mut State, step: f64, part: u32, with: &mut Interactions) -> f64 {
+    fn act(&mut self, state: &mut State, step: f64, with: &mut Interactions) -> f64 {
         // Constraints last but for contacts: nothing but the world's rows then spoils them.
         if with.constrain() {
             self.constrain(state, step, with);
         }
-        if with.touch() { self.touch(state, step, part, with) } else { 0.0 }
+        if with.touch() { self.touch(state, step, with) } else { 0.0 }
     }
 
     /// Work of constraints on knots within a part that ended at `state` [J]: with the mean velocity over the part, which
@@ -369,15 +377,17 @@ impl RapierJoints {
         }
     }
 
-    /// Contacts of effects that reckon with the cables are answered in every part, for a part: an impulse for the whole
-    /// step at its start, with cables and threads that pull on in the parts after it, made 3e-2 of the energy of a
-    /// closing Cubesat's net. Others once a step: what cables did in the part before would be a hit again, and strands of
-    /// a wad made 0.4 of its energy, those that bounce 91 times the launch energy. Their work on the net [J].
-    fn touch(&mut self, state: &mut State, step: f64, part: u32, with: &mut Interactions) -> f64 {
+    /// Contacts of effects are answered in every part, for a part: an impulse for the whole step at its start, with cables
+    /// and threads that pull on in the parts after it, made 3e-2 of the energy of a closing Cubesat's net. What cables did
+    /// since the last answer is no hit: strands that bounced of it made 91 times the launch energy. Their work on
+    /// the net [J].
+    fn touch(&mut self, state: &mut State, step: f64, with: &mut Interactions) -> f64 {
         self.untouched.clone_from(&state.knots.velocity);
         let target = state.target;
-        let whole = (part == 0).then_some(self.step);
-        with.solve_contacts_of_part(&mut state.knots, &mut state.target, step, whole, &mut self.touched);
+        with.solve_contacts(&mut state.knots, &self.answered, &mut state.target, step, &mut self.touched);
+        if with.bounce() {
+            self.answered.clone_from(&state.knots.velocity);
+        }
         let mut work = 0.0;
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
