@@ -33,10 +33,20 @@ pub struct Lookahead {
     /// Impulse of each cable within the last step [N s], and how long that was [s].
     impulse: Vec<f64>,
     step: f64,
-    /// The knots' contacts of the last step: knot, normal, point in the body frame, impulse.
-    held: Vec<(usize, Vector3<f64>, Vector3<f64>, f64)>,
+    /// The knots' contacts of the last part of the last step.
+    held: Vec<Held>,
     /// Cables that have a row; kept for its memory.
     taut: Vec<usize>,
+}
+
+/// A contact of a knot that the engine solves, in the body frame.
+struct Held {
+    knot: usize,
+    part: usize,
+    normal: Vector3<f64>,
+    point: Vector3<f64>,
+    /// Within the last part of a step [N s].
+    impulse: f64,
 }
 
 impl Lookahead {
@@ -52,19 +62,22 @@ impl Lookahead {
         }
     }
 
-    /// Takes over the contacts of the step that led to `body`.
+    /// Takes over the contacts of the step that led to `body`. A step in several parts has a record of each, of which the
+    /// last counts: all together held a knot five times as hard as the engine did, and a cable that pressed it against
+    /// a panel from the other side pressed five times harder at each step, up to 155 N s.
     pub fn update(&mut self, contacts: &[Contact], body: &Body) {
         self.held.clear();
+        let in_body = |v: &Vector3<f64>| body.attitude.inverse_transform_vector(v);
         let pressed = contacts.iter().filter(|contact| contact.along.is_none() && contact.impulse > 0.0);
-        self.held.extend(pressed.map(|contact| {
-            let in_body = |v: &Vector3<f64>| body.attitude.inverse_transform_vector(v);
-            (
-                contact.knot,
-                in_body(&contact.normal),
-                in_body(&(contact.point - body.position)),
-                contact.impulse,
-            )
+        self.held.extend(pressed.rev().map(|contact| Held {
+            knot: contact.knot,
+            part: contact.part,
+            normal: in_body(&contact.normal),
+            point: in_body(&(contact.point - body.position)),
+            impulse: contact.impulse,
         }));
+        self.held.sort_by_key(|held| (held.knot, held.part));
+        self.held.dedup_by_key(|held| (held.knot, held.part));
     }
 
     /// Adds the engine's rows for a step of `step` seconds to `rows`.
@@ -91,11 +104,11 @@ impl Lookahead {
                 ..held_row(weights, weights.inverse_mass(net), -across / length, None)
             });
         }
-        for &(knot, normal, point, impulse) in &self.held {
-            let (normal, arm) = (body.attitude * normal, body.attitude * point);
-            let weights = JacobianWeights::of_knot(knot);
+        for held in &self.held {
+            let (normal, arm) = (body.attitude * held.normal, body.attitude * held.point);
+            let weights = JacobianWeights::of_knot(held.knot);
             rows.push(ContactRow {
-                impulse,
+                impulse: share * held.impulse,
                 ..held_row(weights, weights.inverse_mass(net), normal, Some(arm))
             });
         }
@@ -130,5 +143,43 @@ fn held_row(
         softness: 0.0,
         impulse: 0.0,
         friction: Vector3::zeros(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::row::MarkedKnots;
+    use crate::state::Knots;
+
+    /// A step in three parts has three records of a knot that the engine holds: one row, with what the last part took.
+    #[test]
+    fn a_knot_is_held_once_however_many_parts_the_step_had() {
+        let mut ahead = Lookahead {
+            n_knots: 8,
+            cables: Arc::from([]),
+            impulse: Vec::new(),
+            step: 1e-3,
+            held: Vec::new(),
+            taut: Vec::new(),
+        };
+        let record =
+            |knot, part, impulse| Contact { knot, part, impulse, normal: Vector3::x(), ..Contact::default() };
+        let of_parts = [
+            record(7, 0, 3.0),
+            record(2, 0, 1.0),
+            record(7, 0, 4.0),
+            record(2, 1, 2.0),
+            record(7, 0, 5.0),
+            record(3, 0, 0.0),
+        ];
+        let body = Body::at_rest();
+        ahead.update(&of_parts, &body);
+        let mut knots = Knots { position: vec![Vector3::zeros(); 8], velocity: vec![Vector3::zeros(); 8] };
+        let net = MarkedKnots { knots: &mut knots, before: &[], inverse_mass: &[1.0; 8], touched: &mut [] };
+        let mut rows = Vec::new();
+        ahead.add_rows(&net, &body, 1e-3, &mut rows);
+        let held: Vec<_> = rows.iter().map(|row| (row.weights.first(), row.impulse)).collect();
+        assert_eq!(held, [(2, 1.0), (2, 2.0), (7, 5.0)]);
     }
 }

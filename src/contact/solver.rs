@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 
 use super::InverseInertia;
 use super::friction::slowing_impulse;
-use super::gauss_seidel::{self, IterationLimits};
+use super::gauss_seidel::{self, IterationLimits, Rubbing};
 use super::lookahead::Lookahead;
 use super::penalty::PenaltyForce;
 use super::row::{ContactRow, NetMotion};
@@ -84,13 +84,14 @@ impl ContactSolver {
                 self.rub_in_turn(rows, net, body, target);
             }
             NormalSolver::GaussSeidel { lookahead: None, .. } => {
-                gauss_seidel::solve(rows, net, body, target, IterationLimits::WHOLE);
+                gauss_seidel::solve(rows, None, net, body, target, IterationLimits::WHOLE);
                 self.rub_in_turn(rows, net, body, target);
             }
             NormalSolver::GaussSeidel { lookahead: Some(lookahead), trial } => {
-                solve_ahead(lookahead, trial, rows, net, body, target, step);
-                apply_normal(rows, net, body, target);
-                self.rub_in_turn(rows, net, body, target);
+                solve_ahead(lookahead, trial, rows, self.friction.as_ref(), net, body, target, step);
+                for row in rows.iter() {
+                    row.apply(&row.whole_impulse(), net, body, target);
+                }
             }
         }
     }
@@ -138,17 +139,19 @@ fn solve_ahead(
     lookahead: &mut Lookahead,
     trial: &mut Vec<Vector3<f64>>,
     rows: &mut Vec<ContactRow>,
+    law: Option<&Law>,
     net: &impl NetMotion,
     body: &Body,
     target: &InverseInertia,
     step: f64,
 ) {
     let own = rows.len();
+    let rubbing = law.map(|law| Rubbing { law, n_rows: own });
     lookahead.add_rows(net, body, step, rows);
     trial.clear();
     trial.extend((0..lookahead.n_knots).map(|knot| net.velocity(knot)));
     let (mut tried, mut body) = (Tried { net, velocity: trial }, *body);
-    gauss_seidel::solve(rows, &mut tried, &mut body, target, IterationLimits::AHEAD);
+    gauss_seidel::solve(rows, rubbing, &mut tried, &mut body, target, IterationLimits::AHEAD);
     lookahead.remember(&rows[own..]);
     rows.truncate(own);
 }
