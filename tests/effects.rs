@@ -230,9 +230,10 @@ fn the_order_of_effects_in_the_file_changes_no_bit() {
 }
 
 /// The books of a whole capture, with contact: every effect acts, and what is in no row is nothing. Not under a penalty
-/// force: what that holds at the deepest point is in no row yet, and comes back as a rise of 1e-2.
+/// force: at these soft contacts it creates 1e-2.
 #[test]
 fn with_every_effect_the_ledgers_close() {
+    let mut missed = Vec::new();
     for solver in pairs().filter(|pair| !pair.ends_with("penalty")) {
         for probe in probes() {
             let case = case_of(scene(named(probe.name, &probe.acts), solver));
@@ -246,19 +247,23 @@ fn with_every_effect_the_ledgers_close() {
             let [angular, energy, rise] = bounds(probe.name, solver);
             below(&format!("{name}: angular momentum residual"), kept.angular_momentum_residual, angular);
             below(&format!("{name}: energy residual"), kept.energy_residual, energy);
-            below(&format!("{name}: energy rise"), kept.energy_rise, rise);
+            println!("{name}: energy created {:.2e}, bound {rise:e}", kept.energy_created);
+            if kept.energy_created >= rise || kept.energy_created.is_nan() {
+                missed.push(format!("{name}: {:.2e}", kept.energy_created));
+            }
         }
     }
+    assert!(missed.is_empty(), "energy created: {missed:#?}");
 }
 
-/// Of angular momentum, energy and its rise.
+/// Of angular momentum, energy, and energy created.
 fn bounds(effect: &str, solver: &str) -> [f64; 3] {
     // The engine costs 1e-5 to 1e-4 of angular momentum and energy in this small scene; what is solved in
     // sub-steps of our own costs nothing, but for the moment of friction on knots that do not turn. In flight the
     // ledger of explicit cables has what their dashpots took, and the rest, 1.4e-4, is the method's own.
     match (effect, solver) {
-        // Measured 5e-3: a thread acts once a step and the joints' cables in parts of it.
-        ("closing", "joints+impulse" | "joints+penalty") => [1e-3, 1e-3, 2e-2],
+        // Measured 7e-3 (strands), 6e-3 (orbit), 2e-3 and less: joints and a response of ours take turns, once a step.
+        (_, "joints+impulse") => [1e-3, 1e-3, 2e-2],
         ("friction", "explicit+impulse") => [1e-3, 1e-3, 1e-3],
         ("closing", "explicit+impulse") => [1e-6, 1e-3, 1e-3],
         (_, "explicit+impulse") => [1e-12, 1e-3, 1e-3],

@@ -177,7 +177,7 @@ fn every_scene_does_what_it_expects_and_keeps_what_must_be_kept() {
             for (what, found, bound) in [
                 ("momentum residual", kept.momentum_residual, 1e-9),
                 ("angular momentum residual", kept.angular_momentum_residual, 1e-4),
-                ("energy rise", kept.energy_rise, 1e-3),
+                ("energy created", kept.energy_created, 1e-3),
                 ("energy residual", kept.energy_residual, 0.02),
             ] {
                 if found > bound {

@@ -173,7 +173,7 @@ impl SurfaceContacts {
         let target = self.inverse_inertia.at(body);
         let before = *body;
         self.solver.solve(&mut self.rows, net, body, &target, step);
-        let is_force = matches!(self.solver.normal, NormalSolver::Penalty { .. });
+        let is_force = self.is_force();
         for (row, &plane) in self.rows.iter().zip(&self.planes_of) {
             let plane = &mut self.planes[plane];
             plane.impulse = row.impulse;
@@ -188,6 +188,11 @@ impl SurfaceContacts {
                 plane.record.force = plane.record.force.max(row.impulse / step);
             }
         }
+    }
+
+    /// Whether overlaps are answered by a force.
+    pub fn is_force(&self) -> bool {
+        matches!(self.solver.normal, NormalSolver::Penalty { .. })
     }
 
     /// Rows of the planes that may be crossed within the step.

@@ -6,7 +6,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::audit::Ledger;
 use crate::case::Case;
 use crate::run::Run;
 
@@ -20,9 +19,6 @@ pub struct Conservation {
     pub angular_momentum_residual: f64,
     /// Energy that the method made or destroyed: in no row of the ledger, over the launch energy [-].
     pub energy_residual: f64,
-    /// Largest rise of energy between two frames that no input explains, over the launch energy [-]; it depends on
-    /// the interval of the frames, and takes all that a closing thread does to the net as put in.
-    pub energy_rise: f64,
     /// Largest rise of all energy above any earlier minimum, looked at after every step, less the work from
     /// outside; over the launch energy and the work put in [-].
     pub energy_created: f64,
@@ -63,14 +59,11 @@ impl Conservation {
         let angular = frames.angular_momentum[last] - frames.angular_momentum[0];
         let angular = (angular - run.outside_angular_impulse).norm();
         let residual = largest(frames.ledger.iter().map(|l| l.residual().abs()));
-        let closed: Vec<f64> = frames.ledger.iter().map(Ledger::closed).collect();
-        let rise = largest(closed.windows(2).map(|pair| pair[1] - pair[0]));
         let ledger = &frames.ledger[last];
         Conservation {
             momentum_residual: relative(momentum, momentum_scale),
             angular_momentum_residual: relative(angular, angular_scale),
             energy_residual: relative(residual, energy_scale),
-            energy_rise: relative(rise, energy_scale),
             energy_created: relative(ledger.created, energy_scale + ledger.put_in),
             energy_start_j: frames.ledger[0].mechanical(),
             energy_end_j: frames.ledger[last].mechanical(),

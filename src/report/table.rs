@@ -202,7 +202,6 @@ impl Rows {
         self.number("momentum residual", kept.momentum_residual, "of the launch");
         self.number("angular momentum residual", kept.angular_momentum_residual, "of scale");
         self.number("energy residual", kept.energy_residual, "of the launch");
-        self.number("largest energy rise", kept.energy_rise, "of the launch, between frames");
         self.number("energy created", kept.energy_created, "of the launch and the work put in");
         self.head("cost");
         self.number("wall time", summary.wall_s, "s");

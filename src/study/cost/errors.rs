@@ -13,8 +13,8 @@ use crate::metrics::verdict::Capture;
 use crate::run::Run;
 use crate::work::Work;
 
-/// Energy rise over the launch energy from which a setting is warned of [-].
-const RISE: f64 = 1e-3;
+/// Energy created from which a setting is warned of [-].
+const CREATED: f64 = 1e-3;
 /// The same of the share of energy that is nowhere in the ledger.
 const RESIDUAL: f64 = 2e-2;
 /// The same of the angular momentum.
@@ -159,7 +159,7 @@ impl Evaluation {
                 warnings.push(format!("{what} {value:.1e} {unit}"));
             }
         };
-        over("gains energy between frames:", kept.energy_rise, RISE, "of the launch energy");
+        over("creates energy:", kept.energy_created, CREATED, "of the launch energy and the work put in");
         over("energy nowhere in the ledger:", kept.energy_residual, RESIDUAL, "of the launch energy");
         over("loses momentum:", kept.momentum_residual, MOMENTUM, "of the launch momentum");
         over("loses angular momentum:", kept.angular_momentum_residual, ANGULAR, "of scale");
