@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use tumblenet::case::Case;
 use tumblenet::interaction::{ForceElement, Interaction};
 use tumblenet::run::Run;
-use tumblenet::state::{Forces, State};
+use tumblenet::state::{Forces, State, TARGET};
 
 /// Linear drag towards a wind: F = c (w − v) on every knot and on the target's centre of mass.
 pub struct Wind {
@@ -23,19 +23,20 @@ impl ForceElement for Wind {
         for (force, velocity) in forces.on_knots.iter_mut().zip(&state.knots.velocity) {
             *force += self.on_knot * (self.velocity - velocity);
         }
-        if let Some(target) = &state.target {
-            forces.on_target.force += self.on_target * (self.velocity - target.velocity);
+        if let Some(target) = state.target() {
+            forces.on_bodies[TARGET].force += self.on_target * (self.velocity - target.velocity);
         }
     }
 
     fn power(&self, state: &State) -> f64 {
         let mut forces = Forces::default();
-        forces.clear(state.knots.position.len());
+        forces.clear(state);
         // Only what acts now is asked for: nothing of the wind itself changes.
         Wind { ..*self }.add_forces(state, &mut forces);
         let on_knots = forces.on_knots.iter().zip(&state.knots.velocity);
-        let on_target = state.target.map_or(0.0, |target| forces.on_target.force.dot(&target.velocity));
-        on_knots.map(|(force, velocity)| force.dot(velocity)).sum::<f64>() + on_target
+        let on_bodies = forces.on_bodies.iter().zip(&state.bodies);
+        on_knots.map(|(force, velocity)| force.dot(velocity)).sum::<f64>()
+            + on_bodies.map(|(wrench, body)| wrench.force.dot(&body.velocity)).sum::<f64>()
     }
 }
 

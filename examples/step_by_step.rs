@@ -31,7 +31,7 @@ pub fn run(seconds: f64) -> Result<Seen, Box<dyn std::error::Error>> {
     while simulation.state.time < seconds {
         simulation.step()?;
         let state = &mut simulation.state;
-        let target = state.target.map_or(0.0, |target| target.position.x);
+        let target = state.target().map_or(0.0, |target| target.position.x);
         let past = case.net().bullets.iter().all(|&bullet| state.knots.position[bullet].x > target);
         if past && seen.started.is_none() {
             seen.started = Some(state.time);

@@ -1,4 +1,4 @@
-//! The energy ledger: what net and target have, and where the rest went.
+//! The energy ledger: what the net and the bodies have, and where the rest went.
 //!
 //! At any time
 //!
@@ -30,15 +30,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::cable::Cable;
 use crate::interaction::Interactions;
 use crate::net::Net;
 use crate::state::{EffectWork, Knots, State};
 use crate::step::stepper::StepReport;
-use crate::target::Target;
-use crate::target::spec::Motion;
 
 /// Energies and works since the start [J].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,7 +49,7 @@ pub struct Ledger {
     pub kinetic_target: f64,
     /// Elastic energy of the cables.
     pub elastic: f64,
-    /// Energy stored by effects, and by contact forces.
+    /// Energy stored by effects and by contact forces, and that of the motion of bodies that effects bring.
     pub stored: f64,
     /// Taken by cables since the start.
     pub cables: f64,
@@ -115,10 +113,9 @@ impl Ledger {
 pub struct EnergyAudit {
     net_mass: Vec<f64>,
     cables: Arc<[Cable]>,
-    target: Option<TargetMass>,
     /// The ledger so far.
     pub ledger: Ledger,
-    /// Impulse from outside net and free target since the start [N s].
+    /// Impulse from outside net and free bodies since the start [N s].
     pub outside_impulse: Vector3<f64>,
     /// Angular impulse from outside, about the origin, since the start [N m s].
     pub outside_angular_impulse: Vector3<f64>,
@@ -136,23 +133,12 @@ pub struct EnergyAudit {
     in_contacts: f64,
 }
 
-struct TargetMass {
-    mass: f64,
-    inertia: Matrix3<f64>,
-    motion: Motion,
-}
-
 impl EnergyAudit {
     /// Starts the ledger at `state`.
-    pub fn start(net: &Net, target: Option<&Target>, effects: &mut Interactions, state: &State) -> Self {
+    pub fn start(net: &Net, effects: &mut Interactions, state: &State) -> Self {
         let mut audit = EnergyAudit {
             net_mass: net.mass.clone(),
             cables: Arc::clone(&net.cables),
-            target: target.map(|target| TargetMass {
-                mass: target.mass,
-                inertia: target.inertia,
-                motion: target.motion,
-            }),
             ledger: Ledger { effects: vec![0.0; effects.list().len()], ..Ledger::default() },
             outside_impulse: Vector3::zeros(),
             outside_angular_impulse: Vector3::zeros(),
@@ -196,7 +182,6 @@ impl EnergyAudit {
         let (kinetic, elastic) = (self.ledger.kinetic_net, self.ledger.elastic);
         self.measure(after, report.velocity_lag);
 
-        let held = self.target.as_ref().is_some_and(|target| target.motion != Motion::Free);
         let mut on_knots = 0.0; // work of contacts and effects on the knots
         for contact in &after.contacts {
             on_knots += contact.work_on_knot;
@@ -204,8 +189,8 @@ impl EnergyAudit {
             if contact.along.is_none() || after.elements.is_some() {
                 self.ledger.contact += contact.loss;
             }
-            if held {
-                // A held target passes the impulse to the outside; the work of its moving surface
+            if after.body_models.get(contact.body).is_some_and(|model| !model.is_free()) {
+                // A held body passes the impulse to the outside; the work of its moving surface
                 // comes from what drives it.
                 let impulse = contact.impulse_on_knot();
                 self.outside_impulse += impulse;
@@ -285,28 +270,27 @@ impl EnergyAudit {
             Some(totals) => totals.kinetic,
             None => speeds.map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum(),
         };
-        self.ledger.kinetic_target = match (&self.target, &state.target) {
-            // The energy of a driven target is its drive's business.
-            (Some(target), Some(body)) if target.motion == Motion::Free => {
-                body.kinetic_energy(target.mass, &target.inertia)
-            }
-            _ => 0.0,
-        };
+        self.ledger.kinetic_target = state.energy_of_bodies(true);
     }
 
-    /// Measures what `effects` store.
+    /// Measures what `effects` store, and the motion of bodies that nothing touches.
     pub fn measure_stored(&mut self, state: &State, effects: &mut Interactions) {
         self.in_contacts = state.contacts.iter().map(|contact| contact.stored).sum();
-        self.ledger.stored = effects.stored_energy(state) + self.in_contacts;
+        self.ledger.stored = state.energy_of_bodies(false) + effects.stored_energy(state) + self.in_contacts;
     }
 
-    /// Linear momentum of the net, a free target and the chaser, where there is one [kg m/s].
+    /// The same again after a kick, where there are bodies that it may have changed.
+    pub fn measure_kicked(&mut self, state: &State, effects: &mut Interactions) {
+        if state.body_models.iter().any(|model| !model.has_shape()) {
+            self.measure_stored(state, effects);
+        }
+    }
+
+    /// Linear momentum of the net and all free bodies [kg m/s].
     pub fn momentum(&self, state: &State) -> Vector3<f64> {
         let lumped = || self.net_mass.iter().zip(&state.knots.velocity).map(|(m, v)| *m * v).sum();
         let net = state.totals.map_or_else(lumped, |totals| totals.momentum);
-        let target =
-            self.free_target(state).map_or(Vector3::zeros(), |(target, body)| target.mass * body.velocity);
-        net + target + state.chaser.map_or(Vector3::zeros(), |chaser| chaser.momentum())
+        state.each_body().fold(net, |sum, (model, body)| sum + model.momentum(body))
     }
 
     /// Angular momentum of the same about the origin [kg m^2/s].
@@ -315,14 +299,6 @@ impl EnergyAudit {
         let moments = self.net_mass.iter().zip(knots.position.iter().zip(&knots.velocity));
         let lumped = || moments.map(|(m, (x, v))| *m * x.cross(v)).sum();
         let net = state.totals.map_or_else(lumped, |totals| totals.angular_momentum);
-        let target = self.free_target(state).map_or(Vector3::zeros(), |(target, body)| {
-            target.mass * body.position.cross(&body.velocity) + body.angular_momentum(&target.inertia)
-        });
-        net + target + state.chaser.map_or(Vector3::zeros(), |chaser| chaser.angular_momentum())
-    }
-
-    fn free_target<'a>(&'a self, state: &'a State) -> Option<(&'a TargetMass, &'a crate::state::Body)> {
-        let target = self.target.as_ref().filter(|target| target.motion == Motion::Free)?;
-        Some((target, state.target.as_ref()?))
+        state.each_body().fold(net, |sum, (model, body)| sum + model.angular_momentum(body))
     }
 }

@@ -1,25 +1,39 @@
 //! A run that cannot go on: what is not a number or has left all bounds, when, and after which stage.
 
+use std::fmt;
+
+use nalgebra::Vector3;
+
 use crate::state::State;
+
+/// What of the state a failure is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Culprit {
+    /// A knot.
+    Knot(usize),
+    /// The body of this name.
+    Body(String),
+}
+
+impl fmt::Display for Culprit {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Culprit::Knot(knot) => write!(to, "knot {knot}"),
+            Culprit::Body(name) => write!(to, "the {name}"),
+        }
+    }
+}
 
 /// A run that cannot go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Failure {
-    /// A knot's position or velocity is not a number.
-    #[error("at {time:.6} s knot {knot} is not a number after stage `{stage}`")]
-    Knot {
+    /// Place or motion of a knot or a body is not a number.
+    #[error("at {time:.6} s {culprit} is not a number after stage `{stage}`")]
+    NotANumber {
         /// Simulated time [s].
         time: f64,
-        /// The knot.
-        knot: usize,
-        /// The stage after which it was found.
-        stage: &'static str,
-    },
-    /// Pose or motion of the target or the chaser is not a number.
-    #[error("at {time:.6} s the target or the chaser is not a number after stage `{stage}`")]
-    Target {
-        /// Simulated time [s].
-        time: f64,
+        /// What it is.
+        culprit: Culprit,
         /// The stage after which it was found.
         stage: &'static str,
     },
@@ -42,15 +56,15 @@ pub enum Failure {
         /// The most there may be.
         most: u64,
     },
-    /// A knot has left all bounds.
+    /// A knot or a body has left all bounds.
     #[error(
-        "at {time:.6} s knot {knot} has {what} {value:.3e}, at most {allowed:e} is allowed (stage `{stage}`): the method has failed, a smaller solver.step_s may help"
+        "at {time:.6} s {culprit} has {what} {value:.3e}, at most {allowed:e} is allowed (stage `{stage}`): the method has failed, a smaller solver.step_s may help"
     )]
     Bound {
         /// Simulated time [s].
         time: f64,
-        /// The knot.
-        knot: usize,
+        /// What has left them.
+        culprit: Culprit,
         /// What is too large, with its unit.
         what: &'static str,
         /// Its size.
@@ -131,10 +145,10 @@ impl Cuts {
     }
 }
 
-/// Fastest that a knot may be [m/s]: a hundred times what any scene is shot with.
+/// Fastest that a knot or a body may be [m/s]: a hundred times what any scene is shot with.
 const SPEED: f64 = 1e5;
 
-/// Farthest that a knot may be from the origin [m].
+/// Farthest that one may be from the origin [m].
 const DISTANCE: f64 = 1e8;
 
 /// Largest strain of a cable [-]: rubber bears 10.
@@ -151,20 +165,21 @@ const CREATED: f64 = 1e6;
 /// The first that is not.
 pub fn check_bounds(state: &State, strained: (f64, usize), created: f64) -> Result<(), Failure> {
     let (time, stage) = (state.time, "step");
+    let bound =
+        |culprit, (what, value, allowed)| Failure::Bound { time, culprit, what, value, allowed, stage };
     for (knot, (position, velocity)) in state.knots.position.iter().zip(&state.knots.velocity).enumerate() {
-        if velocity.norm_squared() > SPEED * SPEED {
-            let value = velocity.norm();
-            return Err(Failure::Bound { time, knot, what: "the speed [m/s]", value, allowed: SPEED, stage });
+        if let Some(found) = beyond(position, velocity) {
+            return Err(bound(Culprit::Knot(knot), found));
         }
-        if position.norm_squared() > DISTANCE * DISTANCE {
-            let value = position.norm();
-            let what = "the distance from the origin [m]";
-            return Err(Failure::Bound { time, knot, what, value, allowed: DISTANCE, stage });
+    }
+    for (model, body) in state.each_body() {
+        if let Some(found) = beyond(&body.position, &body.velocity) {
+            return Err(bound(Culprit::Body(model.name.clone()), found));
         }
     }
     let (value, knot) = strained;
     if value > STRAIN {
-        return Err(Failure::Bound { time, knot, what: "a cable of strain", value, allowed: STRAIN, stage });
+        return Err(bound(Culprit::Knot(knot), ("a cable of strain", value, STRAIN)));
     }
     if created > CREATED {
         let speeds = state.knots.velocity.iter().map(|v| v.norm_squared()).enumerate();
@@ -174,6 +189,15 @@ pub fn check_bounds(state: &State, strained: (f64, usize), created: f64) -> Resu
     Ok(())
 }
 
+/// What of a place and a velocity is out of bounds, if anything is: its name, its size and its bound.
+fn beyond(position: &Vector3<f64>, velocity: &Vector3<f64>) -> Option<(&'static str, f64, f64)> {
+    if velocity.norm_squared() > SPEED * SPEED {
+        return Some(("the speed [m/s]", velocity.norm(), SPEED));
+    }
+    let is_far = position.norm_squared() > DISTANCE * DISTANCE;
+    is_far.then(|| ("the distance from the origin [m]", position.norm(), DISTANCE))
+}
+
 /// Checks `state` after `stage`.
 ///
 /// # Errors
@@ -181,10 +205,12 @@ pub fn check_bounds(state: &State, strained: (f64, usize), created: f64) -> Resu
 pub fn check(state: &State, stage: &'static str) -> Result<(), Failure> {
     let time = state.time;
     if let Some(knot) = state.first_bad_knot() {
-        return Err(Failure::Knot { time, knot, stage });
+        return Err(Failure::NotANumber { time, culprit: Culprit::Knot(knot), stage });
     }
-    if !state.bodies_are_sound() {
-        return Err(Failure::Target { time, stage });
+    for (model, body) in state.each_body() {
+        if !body.is_sound() {
+            return Err(Failure::NotANumber { time, culprit: Culprit::Body(model.name.clone()), stage });
+        }
     }
     Ok(())
 }

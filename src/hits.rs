@@ -18,8 +18,8 @@ pub struct Hits {
     recent: BTreeMap<Touching, VecDeque<(f64, f64)>>,
 }
 
-/// Knot or cable, and part.
-type Touching = (Option<usize>, usize, usize);
+/// Knot or cable, and body and its part.
+type Touching = (Option<usize>, usize, usize, usize);
 
 /// The hardest of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,7 +40,7 @@ impl Hits {
             self.recent.retain(|_, hit| hit.back().is_some_and(|last| last.0 > since));
         }
         for contact in contacts.iter().filter(|contact| contact.impulse > 0.0) {
-            let touching = (contact.along.map(|along| along.cable), contact.knot, contact.part);
+            let touching = (contact.along.map(|along| along.cable), contact.knot, contact.body, contact.part);
             let hit = self.recent.entry(touching).or_default();
             hit.push_back((time, contact.impulse));
             while hit.front().is_some_and(|first| first.0 <= since && hit.len() > 1) {

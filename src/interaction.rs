@@ -16,10 +16,11 @@
 
 use std::time::Duration;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
+use serde::Serialize;
 use serde_json::Value;
 
-use crate::state::{Body, Contact, EffectWork, Forces, FreeBody, Knots, State, Wrench};
+use crate::state::{Body, BodyModel, Contact, EffectWork, Forces, Knots, State, Wrench};
 use crate::work::Clock;
 
 /// Which half of a kick: before the motion of a step, or after it.
@@ -95,14 +96,14 @@ pub trait ContactLaw: Send {
         knots.extend(0..n_knots);
     }
 
-    /// Changes velocities of knots and target for a (sub-)step of `step` seconds, after all
+    /// Changes velocities of knots and bodies for a (sub-)step of `step` seconds, after all
     /// constraints, and marks the knots it changed. `before` are the knots' velocities before the forces of
     /// the (sub-)step acted [m/s]; empty where none did.
     fn solve(
         &mut self,
         knots: &mut Knots,
         before: &[Vector3<f64>],
-        target: &mut Option<Body>,
+        bodies: &mut [Body],
         step: f64,
         touched: &mut [bool],
     );
@@ -160,8 +161,8 @@ pub trait EffectOutput: Send {
 /// What an effect has to say at the end of a run, as data: who shows it need not know the effect.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Its block of the summary: keys and values.
-    pub numbers: Vec<(&'static str, Value)>,
+    /// Its block of the summary, an object.
+    pub numbers: Option<Value>,
     /// What began to act, and when; no time if it waited in vain [s].
     pub start: Option<(&'static str, Option<f64>)>,
     /// From when to when the capture is put to the test by it [s].
@@ -170,6 +171,14 @@ pub struct Report {
     pub threads: Vec<DrawnThread>,
     /// Columns to plot over time: a name, a unit, the column.
     pub curves: Vec<(&'static str, &'static str, &'static str)>,
+}
+
+impl Report {
+    /// The same with `block`, plain data, as its block of the summary.
+    #[must_use]
+    pub fn with_numbers(self, block: &impl Serialize) -> Report {
+        Report { numbers: serde_json::to_value(block).ok(), ..self }
+    }
 }
 
 /// A thread to draw.
@@ -181,6 +190,8 @@ pub struct DrawnThread {
     pub stop: f64,
     /// Its largest tension [N].
     pub limit: f64,
+    /// The body whose port it ends at, where it ends outside of the net; none: a place that is held.
+    pub port_of: Option<&'static str>,
     /// Columns of its length [m], of what is off its reels [m], and of its tension [N].
     pub columns: [String; 3],
 }
@@ -226,8 +237,8 @@ pub struct Interaction {
     pub about: String,
     /// Whether it acts between net and target, or within the net: it may take energy, and never gives any.
     pub is_internal: bool,
-    /// A free body that it brings.
-    pub body: Option<FreeBody>,
+    /// Bodies that it brings, as they start.
+    pub bodies: Vec<(BodyModel, Body)>,
     /// The effect.
     pub effect: Box<dyn Effect>,
 }
@@ -235,7 +246,13 @@ pub struct Interaction {
 impl Interaction {
     /// An effect that acts from outside and brings no body.
     pub fn new(name: &'static str, about: impl Into<String>, effect: impl Effect + 'static) -> Interaction {
-        Interaction { name, about: about.into(), is_internal: false, body: None, effect: Box::new(effect) }
+        Interaction {
+            name,
+            about: about.into(),
+            is_internal: false,
+            bodies: Vec::new(),
+            effect: Box::new(effect),
+        }
     }
 
     /// The same, between net and target or within the net.
@@ -244,10 +261,12 @@ impl Interaction {
         Interaction { is_internal: true, ..self }
     }
 
-    /// The same with a free body of its own.
+    /// The same with a body of its own that starts as `body`: it moves on by itself, its energy and momenta are counted,
+    /// it is recorded and drawn, and forces, fields and tethers act on it, without anything else being told.
     #[must_use]
-    pub fn with_body(self, body: FreeBody) -> Interaction {
-        Interaction { body: Some(body), ..self }
+    pub fn with_body(mut self, model: BodyModel, body: Body) -> Interaction {
+        self.bodies.push((model, body));
+        self
     }
 
     /// A force and nothing else.
@@ -382,15 +401,14 @@ impl Interactions {
     }
 
     /// Forces of the coming step of `step` seconds: those on knots stay in `state.forces` for the stepper to
-    /// hold over the step, those on bodies act at once, as an impulse; none on a target that is held.
-    pub fn apply_forces(&mut self, state: &mut State, step: f64, free_target: Option<(f64, &Matrix3<f64>)>) {
-        let n_knots = state.knots.position.len();
+    /// hold over the step, those on bodies act at once, as an impulse; none on a body that is held.
+    pub fn apply_forces(&mut self, state: &mut State, step: f64) {
         let mut all = std::mem::take(&mut state.forces);
-        all.clear(n_knots);
+        all.clear(state);
         for i in 0..self.forces.len() {
             let index = self.forces[i].index;
             let mut own = std::mem::take(&mut self.forces[i].forces);
-            own.clear(n_knots);
+            own.clear(state);
             self.forces[i].stored = self.timed(index, |effect| {
                 let Some(element) = effect.forces() else { return 0.0 };
                 element.add_forces(state, &mut own);
@@ -400,14 +418,14 @@ impl Interactions {
                 *sum += force;
             }
             let mut work = 0.0;
-            match (&mut state.target, free_target) {
-                (Some(body), Some((mass, inertia))) => {
-                    work += push(body, mass, inertia, &own.on_target, step);
+            let pushed = state.each_body_mut().zip(&mut own.on_bodies).zip(&mut all.on_bodies);
+            for (((model, body), wrench), sum) in pushed {
+                if !model.is_free() {
+                    *wrench = Wrench::default();
+                } else if *wrench != Wrench::default() {
+                    work += model.push(body, &(step * wrench.force), &(step * wrench.torque));
+                    *sum += *wrench;
                 }
-                _ => own.on_target = Wrench::default(),
-            }
-            if let Some(FreeBody { body, mass, inertia, .. }) = &mut state.chaser {
-                work += push(body, *mass, inertia, &own.on_chaser, step);
             }
             self.forces[i].work_on_bodies = work;
             self.forces[i].forces = own;
@@ -524,11 +542,11 @@ impl Interactions {
         &mut self,
         knots: &mut Knots,
         before: &[Vector3<f64>],
-        target: &mut Option<Body>,
+        bodies: &mut [Body],
         step: f64,
         touched: &mut [bool],
     ) {
-        self.each_contact_law(|law| law.solve(knots, before, target, step, touched));
+        self.each_contact_law(|law| law.solve(knots, before, bodies, step, touched));
     }
 
     /// Adds the contacts that were answered within the step from `before` to `after`.
@@ -624,27 +642,11 @@ impl AppliedForces {
             work.angular_impulse += step * (0.5 * (from + to)).cross(force);
             work.count += 1;
         }
-        let bodies =
-            [(before.target, forces.on_target), (before.chaser.map(|chaser| chaser.body), forces.on_chaser)];
-        for (body, Wrench { force, torque }) in bodies {
-            let Some(body) = body else { continue };
+        for (body, Wrench { force, torque }) in before.bodies.iter().zip(&forces.on_bodies) {
             work.impulse += step * force;
-            work.angular_impulse += step * (body.position.cross(&force) + torque);
-            work.count += u64::from(force != Vector3::zeros() || torque != Vector3::zeros());
+            work.angular_impulse += step * (body.position.cross(force) + torque);
+            work.count += u64::from(*force != Vector3::zeros() || *torque != Vector3::zeros());
         }
         work
     }
-}
-
-/// Gives `body` what `wrench` is over `step` seconds; the change of its energy [J].
-fn push(body: &mut Body, mass: f64, inertia: &Matrix3<f64>, wrench: &Wrench, step: f64) -> f64 {
-    if *wrench == Wrench::default() {
-        return 0.0;
-    }
-    let before = body.kinetic_energy(mass, inertia);
-    body.velocity += step / mass * wrench.force;
-    // A checked inertia is positive definite.
-    let torque = body.attitude.inverse_transform_vector(&wrench.torque);
-    body.rate += body.attitude * (inertia.try_inverse().unwrap_or_default() * (step * torque));
-    body.kinetic_energy(mass, inertia) - before
 }

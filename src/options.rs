@@ -21,8 +21,8 @@ pub struct TimeStep {
 pub struct BuildOptions {
     /// Friction of contacts, where an effect asks for it.
     pub friction: Option<Law>,
-    /// Whether the chaser is a free body.
-    pub free_chaser: bool,
+    /// Name of the body whose port tethers leave, where an effect brings one: else they leave the origin, which is held.
+    pub port_of: Option<&'static str>,
     /// Whether something holds knots within a step: threads, which bring them close together.
     pub has_constraints: bool,
     /// Largest force of theirs on a knot [N].
@@ -66,6 +66,8 @@ impl<'a> BuildContext<'a> {
             friction: self.options.friction,
             margin: self.contact_margin,
             speed: self.contact_speed,
+            in_turn: !self.acts_in_substeps,
+            coupled: false,
         })
     }
 }

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::hits::Hits;
 use crate::interaction::{Interaction, Report};
 use crate::simulation::Simulation;
-use crate::state::{Body, FreeBody, State};
+use crate::state::{Body, BodyModel, State};
 use crate::work::Work;
 use crate::world::Census;
 
@@ -30,11 +30,11 @@ pub struct Frames {
     pub contact_impulses: Vec<Vec<Vector3<f64>>>,
     /// The target, T, or nothing without one.
     pub target: Vec<Body>,
-    /// The chaser, T, or nothing without a free one.
-    pub chaser: Vec<Body>,
+    /// Bodies that effects brought, such as a free chaser.
+    pub brought: Vec<BodyTrack>,
     /// The energy ledger, T.
     pub ledger: Vec<Ledger>,
-    /// Linear momentum of net, free target and chaser [kg m/s], T.
+    /// Linear momentum of net and free bodies [kg m/s], T.
     pub momentum: Vec<Vector3<f64>>,
     /// Angular momentum of the same about the origin [kg m^2/s], T.
     pub angular_momentum: Vec<Vector3<f64>>,
@@ -48,6 +48,22 @@ pub struct Frames {
     pub lines: Vec<Vec<Vec<Vector3<f64>>>>,
     /// What the effects have to say, T × as many as `Run::reading_names`.
     pub readings: Vec<Vec<f64>>,
+}
+
+/// A body over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyTrack {
+    /// What of it does not change.
+    pub model: BodyModel,
+    /// Pose and motion in every frame, T.
+    pub frames: Vec<Body>,
+}
+
+impl Frames {
+    /// The body of this name that an effect brought.
+    pub fn body(&self, name: &str) -> Option<&BodyTrack> {
+        self.brought.iter().find(|track| track.model.name == name)
+    }
 }
 
 /// The largest values of a run, over all steps and not only over frames.
@@ -94,8 +110,6 @@ pub struct Run {
     pub effects: Vec<(&'static str, u64)>,
     /// Names of what the effects have to say in every frame.
     pub reading_names: Vec<String>,
-    /// The chaser at the end, where there is one.
-    pub chaser: Option<FreeBody>,
     /// What effects had to say at the end, by name.
     pub reports: Vec<(&'static str, Report)>,
     /// Wall time of the simulation, without building and metrics.
@@ -267,6 +281,9 @@ impl Recorder {
             strides: [stride, stride.max((n_steps - own).div_ceil(most_beyond(case)))],
             started: Instant::now(),
         };
+        let brought = simulation.state.body_models.iter().filter(|model| !model.has_shape());
+        recorder.frames.brought =
+            brought.map(|model| BodyTrack { model: model.clone(), frames: Vec::new() }).collect();
         recorder.mouth_area.push(recorder.area(&case.net().folded));
         recorder.frame(case, simulation);
         recorder
@@ -327,7 +344,6 @@ impl Recorder {
             reading_names: simulation.columns(),
             reports: simulation.reports(),
             effects: names.into_iter().zip(simulation.audit.effect_counts.iter().copied()).collect(),
-            chaser: simulation.state.chaser,
             work: Work { effects: simulation.effect_times().to_vec(), ..simulation.work },
             wall: self.started.elapsed(),
         }
@@ -377,13 +393,16 @@ impl Recorder {
         frames.contact_impulses.push(self.contact_impulses.clone());
         self.tensions.fill(0.0);
         self.contact_impulses.fill(Vector3::zeros());
-        if let (Some(elements), Some(_)) = (&state.elements, &state.target) {
+        if let (Some(elements), Some(_)) = (&state.elements, state.target()) {
             let lines =
                 (0..elements.ends.len()).map(|cable| elements.line(cable, &state.knots, &state.inner));
             frames.lines.push(lines.collect());
         }
-        frames.target.extend(state.target);
-        frames.chaser.extend(state.chaser.map(|chaser| chaser.body));
+        frames.target.extend(state.target());
+        let brought = state.each_body().filter(|(model, _)| !model.has_shape());
+        for (track, (_, body)) in frames.brought.iter_mut().zip(brought) {
+            track.frames.push(*body);
+        }
         frames.ledger.push(simulation.audit.ledger.clone());
         frames.momentum.push(simulation.audit.momentum(state));
         frames.angular_momentum.push(simulation.audit.angular_momentum(state));
@@ -391,7 +410,7 @@ impl Recorder {
         frames.impulse.push(std::mem::take(&mut self.impulse));
         frames
             .relative_energy
-            .extend(state.target.map(|body| relative_energy(&case.net().mass, state, &body)));
+            .extend(state.target().map(|body| relative_energy(&case.net().mass, state, body)));
     }
 }
 

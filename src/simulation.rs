@@ -2,17 +2,13 @@
 
 use std::time::Duration;
 
-use nalgebra::Vector3;
-
 use crate::audit::EnergyAudit;
 use crate::case::Case;
 use crate::failure::{self, Failure};
 use crate::interaction::{Half, Interaction, Interactions, Report};
-use crate::state::{Body, Knots, State};
+use crate::state::{Knots, State};
 use crate::step;
 use crate::step::stepper::{StepReport, Stepper};
-use crate::target::Target;
-use crate::target::spec::Motion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
 
@@ -29,8 +25,6 @@ pub struct Simulation {
     before: State,
     stepper: Box<dyn Stepper>,
     effects: Interactions,
-    /// A free target, which answers forces.
-    free_target: Option<Target>,
     step: f64,
 }
 
@@ -52,16 +46,14 @@ impl Simulation {
         let mut list = case.scene().effects.build(&case.context());
         list.extend(more);
         let mut effects = Interactions::new(list);
-        let mut state = start(case);
-        state.chaser = effects.list().iter().find_map(|effect| effect.body);
+        let mut state = start(case, &effects);
         stepper.start(&mut state);
         Simulation {
             before: state.clone(),
-            audit: EnergyAudit::start(case.net(), case.target(), &mut effects, &state),
+            audit: EnergyAudit::start(case.net(), &mut effects, &state),
             work: Work::default(),
             report: StepReport::default(),
             stepper,
-            free_target: case.target().filter(|target| target.motion == Motion::Free).cloned(),
             step: case.time_step().step,
             state,
             effects,
@@ -75,6 +67,8 @@ impl Simulation {
     pub fn step(&mut self) -> Result<(), Failure> {
         // Fields kick first: the rest of the step is then as if there were none.
         self.half_kick(Half::First);
+        // What nothing touches moves on before all that pulls at it looks where it is.
+        self.state.drift_bodies(false, self.step);
         self.before.clone_from(&self.state);
 
         // Forces next: they are frozen over the step.
@@ -111,9 +105,8 @@ impl Simulation {
             self.stepper.take_velocities(&self.state);
         }
         self.audit.measure_motion(&self.state);
-        if half == Half::Second && self.state.chaser.is_some() {
-            // Its kinetic energy is stored by its effect, and fields kick it.
-            self.audit.measure_stored(&self.state, &mut self.effects);
+        if half == Half::Second {
+            self.audit.measure_kicked(&self.state, &mut self.effects);
         }
     }
 
@@ -121,8 +114,7 @@ impl Simulation {
         if !self.effects.push() {
             return;
         }
-        let free = self.free_target.as_ref().map(|target| (target.mass, &target.inertia));
-        self.effects.apply_forces(&mut self.state, self.step, free);
+        self.effects.apply_forces(&mut self.state, self.step);
         self.stepper.take_velocities(&self.state);
     }
 
@@ -172,17 +164,11 @@ impl Simulation {
     }
 }
 
-/// Net in its container, just shot; target as placed.
-fn start(case: &Case) -> State {
+/// Net in its container, just shot; target as placed, and bodies of `effects` as they bring them.
+fn start(case: &Case, effects: &Interactions) -> State {
     let knots = Knots { position: case.net().folded.clone(), velocity: case.net().launch_velocity.clone() };
-    let target = case.target().map(|target| Body {
-        position: target.position,
-        attitude: target.attitude,
-        velocity: target.velocity,
-        rate: match target.motion {
-            Motion::Fixed => Vector3::zeros(),
-            Motion::Free | Motion::Spinning => target.attitude * target.spin,
-        },
-    });
-    State { knots, target, tension: vec![0.0; case.net().cables.len()], ..State::default() }
+    let target = case.target().map(|target| (target.model(), target.start()));
+    let brought = effects.list().iter().flat_map(|effect| effect.bodies.iter().cloned());
+    let state = State { knots, tension: vec![0.0; case.net().cables.len()], ..State::default() };
+    state.with_bodies(target.into_iter().chain(brought))
 }

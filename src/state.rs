@@ -2,14 +2,16 @@
 //!
 //! Everything is in the local frame O-XYZ, SI units.
 
+pub mod body;
 pub mod elements;
 
 use std::sync::Arc;
 
 use data_encoding::HEXLOWER;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
+pub use body::{Body, BodyModel, Motion, TARGET, Wrench};
 use elements::ElementNet;
 
 /// Positions and velocities of the knots, K entries each.
@@ -57,122 +59,6 @@ pub struct NetTotals {
     pub angular_momentum: Vector3<f64>,
 }
 
-/// Pose and motion of the target.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Body {
-    /// Centre of mass [m].
-    pub position: Vector3<f64>,
-    /// Local frame from body frame.
-    pub attitude: UnitQuaternion<f64>,
-    /// Velocity of the centre of mass [m/s].
-    pub velocity: Vector3<f64>,
-    /// Angular velocity in the local frame [rad/s].
-    pub rate: Vector3<f64>,
-}
-
-impl Body {
-    /// At rest in the local frame's origin, unturned.
-    pub fn at_rest() -> Body {
-        let zero = Vector3::zeros();
-        Body { position: zero, attitude: UnitQuaternion::identity(), velocity: zero, rate: zero }
-    }
-
-    /// The attitude as w, x, y, z.
-    pub fn quaternion(&self) -> [f64; 4] {
-        let q = self.attitude.quaternion();
-        [q.w, q.i, q.j, q.k]
-    }
-
-    /// Angular velocity in the body frame [rad/s].
-    pub fn spin(&self) -> Vector3<f64> {
-        self.attitude.inverse_transform_vector(&self.rate)
-    }
-
-    /// `point` in the body frame [m].
-    #[inline]
-    pub fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.attitude.inverse_transform_vector(&(point - self.position))
-    }
-
-    /// Velocity of the material point at `point` [m/s].
-    #[inline]
-    pub fn velocity_at(&self, point: Vector3<f64>) -> Vector3<f64> {
-        self.velocity + self.rate.cross(&(point - self.position))
-    }
-
-    /// Angular momentum about the centre of mass, local frame [kg m^2/s].
-    ///
-    /// `inertia` is in the body frame [kg m^2].
-    pub fn angular_momentum(&self, inertia: &Matrix3<f64>) -> Vector3<f64> {
-        self.attitude * (inertia * self.spin())
-    }
-
-    /// Kinetic energy [J].
-    pub fn kinetic_energy(&self, mass: f64, inertia: &Matrix3<f64>) -> f64 {
-        let spin = self.spin();
-        0.5 * mass * self.velocity.norm_squared() + 0.5 * spin.dot(&(inertia * spin))
-    }
-}
-
-/// A free body that brings its own mass along: the chaser.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FreeBody {
-    /// Pose and motion.
-    pub body: Body,
-    /// Mass [kg].
-    pub mass: f64,
-    /// Inertia about the centre of mass, body frame [kg m^2].
-    pub inertia: Matrix3<f64>,
-    /// Where a tether leaves it, body frame [m].
-    pub port: Vector3<f64>,
-}
-
-impl FreeBody {
-    /// Where a tether leaves it [m].
-    pub fn port(&self) -> Vector3<f64> {
-        self.body.position + self.body.attitude * self.port
-    }
-
-    /// Corners of the solid block that has its mass and inertia, at the pose of `body` [m]: corner 1 beside
-    /// corner 0 along x, 2 along y, 4 along z.
-    pub fn corners(&self, body: &Body) -> [Vector3<f64>; 8] {
-        // I_x = m (b² + c²) / 12, so b² + c² − … = 6 (I_y + I_z − I_x) / m is the square of a.
-        let moments = self.inertia.diagonal();
-        let half = moments
-            .map(|moment| (0.5 * moments.sum() - moment).max(0.0) * 12.0 / self.mass)
-            .map(|square| 0.5 * square.sqrt());
-        std::array::from_fn(|corner| {
-            let side = |axis: usize| if corner >> axis & 1 == 1 { half[axis] } else { -half[axis] };
-            body.position + body.attitude * Vector3::new(side(0), side(1), side(2))
-        })
-    }
-
-    /// Takes an impulse [N s] and its moment about the origin [N m s].
-    pub fn push(&mut self, impulse: &Vector3<f64>, moment: &Vector3<f64>) {
-        let about_centre =
-            self.body.attitude.inverse_transform_vector(&(moment - self.body.position.cross(impulse)));
-        self.body.velocity += impulse / self.mass;
-        // A checked inertia is positive definite.
-        let change = self.inertia.try_inverse().unwrap_or_default() * about_centre;
-        self.body.rate += self.body.attitude * change;
-    }
-
-    /// Kinetic energy [J].
-    pub fn kinetic_energy(&self) -> f64 {
-        self.body.kinetic_energy(self.mass, &self.inertia)
-    }
-
-    /// Linear momentum [kg m/s].
-    pub fn momentum(&self) -> Vector3<f64> {
-        self.mass * self.body.velocity
-    }
-
-    /// Angular momentum about the origin [kg m^2/s].
-    pub fn angular_momentum(&self) -> Vector3<f64> {
-        self.body.position.cross(&self.momentum()) + self.body.angular_momentum(&self.inertia)
-    }
-}
-
 /// A place along a cable.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Along {
@@ -184,18 +70,20 @@ pub struct Along {
     pub share: f64,
 }
 
-/// One contact between the net and a part of the target, the same record for every response.
+/// One contact between the net and a part of a body, the same record for every response.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contact {
     /// The knot; where `along` is named, the one at the first end of that cable.
     pub knot: usize,
     /// The place on a cable, where it is not the knot itself that touches.
     pub along: Option<Along>,
-    /// The part of the target.
+    /// The body: [`TARGET`].
+    pub body: usize,
+    /// Its part.
     pub part: usize,
     /// Where its impulses act: the centre of the knot, which is a point and cannot turn [m].
     pub point: Vector3<f64>,
-    /// Unit normal, from the target to the net.
+    /// Unit normal, from the body to the net.
     pub normal: Vector3<f64>,
     /// Least distance of their surfaces at the start of the step and its sub-steps; negative when they
     /// overlap [m].
@@ -212,9 +100,9 @@ pub struct Contact {
     pub moment: Vector3<f64>,
     /// Work of both on the net [J].
     pub work_on_knot: f64,
-    /// Energy that the normal impulse took from net and target [J].
+    /// Energy that the normal impulse took from net and body [J].
     pub loss: f64,
-    /// Energy that friction took from net and target [J].
+    /// Energy that friction took from net and body [J].
     pub friction_loss: f64,
 }
 
@@ -249,35 +137,17 @@ impl Contact {
 pub struct Forces {
     /// On each knot [N]; none where no effect applies any.
     pub on_knots: Vec<Vector3<f64>>,
-    /// On the target.
-    pub on_target: Wrench,
-    /// On a free chaser.
-    pub on_chaser: Wrench,
-}
-
-/// A force and a torque on a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wrench {
-    /// Force at its centre of mass [N].
-    pub force: Vector3<f64>,
-    /// Torque about its centre of mass [N m].
-    pub torque: Vector3<f64>,
-}
-
-impl Wrench {
-    /// Adds a force [N] that acts at `arm` from the centre of mass [m].
-    pub fn add_at(&mut self, force: &Vector3<f64>, arm: &Vector3<f64>) {
-        self.force += force;
-        self.torque += arm.cross(force);
-    }
+    /// On each body; none where no effect applies any.
+    pub on_bodies: Vec<Wrench>,
 }
 
 impl Forces {
-    /// No force on any of `n_knots` knots, nor on a body.
-    pub fn clear(&mut self, n_knots: usize) {
+    /// No force on any of the knots and bodies of `state`.
+    pub fn clear(&mut self, state: &State) {
         self.on_knots.clear();
-        self.on_knots.resize(n_knots, Vector3::zeros());
-        (self.on_target, self.on_chaser) = Default::default();
+        self.on_knots.resize(state.knots.position.len(), Vector3::zeros());
+        self.on_bodies.clear();
+        self.on_bodies.resize(state.bodies.len(), Wrench::default());
     }
 }
 
@@ -321,8 +191,6 @@ pub struct State {
     pub forces: Forces,
     /// Written from outside, between two steps; none: winches do what the scene says.
     pub winch: Option<WinchCommand>,
-    /// Written by the effect `chaser`.
-    pub chaser: Option<FreeBody>,
 
     /// Written by `cables` (snaps), by `world`, and by effects that bracket a step.
     pub knots: Knots,
@@ -333,8 +201,11 @@ pub struct State {
     pub inner: Knots,
     /// Written by `cables` where there are such: what all coordinates have together.
     pub totals: Option<NetTotals>,
-    /// Written by `world`.
-    pub target: Option<Body>,
+    /// Written by the method where they have a shape, by the simulation where they have none, and by effects that bracket a
+    /// step: the target first, where there is one.
+    pub bodies: Vec<Body>,
+    /// Written at the start: what of them does not change, in the same order.
+    pub body_models: Arc<[BodyModel]>,
 
     /// Written by `contact`: the contacts within the step.
     pub contacts: Vec<Contact>,
@@ -357,22 +228,23 @@ impl Clone for State {
             time,
             forces,
             winch,
-            chaser,
             knots,
             elements,
             inner,
             totals,
-            target,
+            bodies,
+            body_models,
             contacts,
             tension,
         } = from;
-        (self.step, self.time, self.winch, self.chaser) = (*step, *time, *winch, *chaser);
-        (self.totals, self.target) = (*totals, *target);
+        (self.step, self.time, self.winch, self.totals) = (*step, *time, *winch, *totals);
         self.forces.on_knots.clone_from(&forces.on_knots);
-        (self.forces.on_target, self.forces.on_chaser) = (forces.on_target, forces.on_chaser);
+        self.forces.on_bodies.clone_from(&forces.on_bodies);
         self.knots.clone_from(knots);
         self.elements.clone_from(elements);
         self.inner.clone_from(inner);
+        self.bodies.clone_from(bodies);
+        self.body_models.clone_from(body_models);
         self.contacts.clone_from(contacts);
         self.tension.clone_from(tension);
     }
@@ -387,13 +259,56 @@ impl State {
         }
     }
 
-    /// First 16 digits of a SHA-256 over time, knots and target, to the last bit.
+    /// The same state with `bodies`, the target first where there is one.
+    #[must_use]
+    pub fn with_bodies(self, bodies: impl IntoIterator<Item = (BodyModel, Body)>) -> State {
+        let (models, bodies): (Vec<BodyModel>, Vec<Body>) = bodies.into_iter().unzip();
+        State { bodies, body_models: models.into(), ..self }
+    }
+
+    /// The target, where there is one.
+    pub fn target(&self) -> Option<&Body> {
+        self.body_models.get(TARGET).filter(|model| model.has_shape()).and(self.bodies.get(TARGET))
+    }
+
+    /// Where the body of this name is in the list.
+    pub fn find_body(&self, name: &str) -> Option<usize> {
+        self.body_models.iter().position(|model| model.name == name)
+    }
+
+    /// Each body with what does not change of it.
+    pub fn each_body(&self) -> impl Iterator<Item = (&BodyModel, &Body)> {
+        self.body_models.iter().zip(&self.bodies)
+    }
+
+    /// The same, to be moved.
+    pub fn each_body_mut(&mut self) -> impl Iterator<Item = (&BodyModel, &mut Body)> {
+        self.body_models.iter().zip(&mut self.bodies)
+    }
+
+    /// Moves on bodies for `step` seconds: those that have a shape, or those that have none.
+    pub fn drift_bodies(&mut self, have_shape: bool, step: f64) {
+        for (model, body) in self.each_body_mut().filter(|(model, _)| model.has_shape() == have_shape) {
+            model.drift(body, step);
+        }
+    }
+
+    /// Kinetic energy of those free bodies that have a shape, or of those that have none [J].
+    pub fn energy_of_bodies(&self, have_shape: bool) -> f64 {
+        let mut energy = 0.0;
+        for (model, body) in self.each_body().filter(|(model, _)| model.has_shape() == have_shape) {
+            energy += model.kinetic_energy(body);
+        }
+        energy
+    }
+
+    /// First 16 digits of a SHA-256 over time, knots and bodies, to the last bit.
     pub fn hash(&self) -> String {
         let mut hasher = Sha256::new();
         let mut add = |x: &f64| hasher.update(x.to_le_bytes());
         add(&self.time);
         self.knots.position.iter().chain(&self.knots.velocity).for_each(|v| v.iter().for_each(&mut add));
-        if let Some(Body { position, attitude, velocity, rate }) = &self.target {
+        for Body { position, attitude, velocity, rate } in &self.bodies {
             [position, velocity, rate].iter().for_each(|v| v.iter().for_each(&mut add));
             attitude.coords.iter().for_each(&mut add);
         }
@@ -405,14 +320,5 @@ impl State {
         let sound = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
         let mut pairs = self.knots.position.iter().zip(&self.knots.velocity);
         pairs.position(|(position, velocity)| !sound(position) || !sound(velocity))
-    }
-
-    /// Whether pose and motion of target and chaser are numbers.
-    pub fn bodies_are_sound(&self) -> bool {
-        let chaser = self.chaser.map(|chaser| chaser.body);
-        self.target.iter().chain(&chaser).all(|body| {
-            let numbers = body.position.iter().chain(body.velocity.iter()).chain(body.rate.iter());
-            numbers.chain(body.attitude.coords.iter()).all(|x| x.is_finite())
-        })
     }
 }

@@ -117,8 +117,6 @@ fn no_type_name_occurs_twice() {
 #[test]
 fn cable_models_are_told_apart_in_one_place() {
     let allowed = |file: &str| file == "solver.rs" || file == "step/mod.rs" || file.starts_with("scene/");
-    // The rows of cable contact look ahead where the engine moves cables.
-    let allowed = |file: &str| allowed(file) || file == "contact/manager.rs";
     let names = |code: &str| code.contains("CableModel::");
     let files: Vec<String> = sources()
         .into_iter()

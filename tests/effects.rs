@@ -13,8 +13,7 @@ use tumblenet::metrics::capture::Curves;
 use tumblenet::metrics::summary::Summary;
 use tumblenet::run::Run;
 use tumblenet::simulation::Simulation;
-use tumblenet::state::{Body, EffectWork, Knots, State};
-use tumblenet::target::motion::RigidMotion;
+use tumblenet::state::{Body, EffectWork, Knots, State, TARGET};
 
 /// What the questions need to know of an effect.
 struct Probe {
@@ -304,7 +303,6 @@ struct Stage {
     case: Case,
     effect: Interactions,
     state: State,
-    motion: RigidMotion,
 }
 
 impl Stage {
@@ -315,7 +313,6 @@ impl Stage {
                 *vector = frame * *vector;
             }
         });
-        let target = case.target().unwrap().clone();
         let wave = |i: usize, axis: usize| (12.9898 * i as f64 + 78.233 * axis as f64).sin();
         let noise = |i: usize| Vector3::new(wave(i, 0), wave(i, 1), wave(i, 2));
         let position =
@@ -329,10 +326,11 @@ impl Stage {
             velocity: moving * (frame * Vector3::new(0.1, -0.2, 0.3)),
             rate: moving * (frame * Vector3::new(0.5, 0.9, -0.4)),
         };
-        let mut state = State { knots: Knots { position, velocity }, target: Some(body), ..State::default() };
         let effect = Interactions::new(case.scene().effects.build(&case.context()));
-        state.chaser = effect.list()[0].body;
-        Stage { motion: RigidMotion::of(&target), case, effect, state }
+        let brought = effect.list()[0].bodies.iter().cloned();
+        let bodies = [(case.target().unwrap().model(), body)].into_iter().chain(brought);
+        let state = State { knots: Knots { position, velocity }, ..State::default() }.with_bodies(bodies);
+        Stage { case, effect, state }
     }
 
     /// A step of the effect alone, as a simulation takes it; returns all it posted.
@@ -348,45 +346,39 @@ impl Stage {
             };
         };
         effect.half_kick(state, step, Half::First, &mut add);
+        state.drift_bodies(false, step);
         let before = state.clone();
-        let target = self.case.target().map(|target| (target.mass, &target.inertia));
-        effect.apply_forces(state, step, target);
+        effect.apply_forces(state, step);
         let forces = state.forces.on_knots.clone();
         effect.start_of_step(&before);
         let mut touched = vec![false; self.case.net().n_knots()];
         effect.solve_constraints(&mut state.knots, step, &mut touched);
-        effect.solve_contacts(&mut state.knots, &[], &mut state.target, step, &mut touched);
+        effect.solve_contacts(&mut state.knots, &[], &mut state.bodies, step, &mut touched);
         let knots = &mut state.knots;
         for (knot, position) in knots.position.iter_mut().enumerate() {
             knots.velocity[knot] += step / self.case.net().mass[knot] * forces[knot];
             *position += step * knots.velocity[knot];
         }
-        if let Some(body) = &mut state.target {
-            self.motion.drift(body, step);
-        }
+        state.drift_bodies(true, step);
         state.time += step;
         effect.end_of_step(&before, state, step, &mut add);
         effect.half_kick(state, step, Half::Second, &mut add);
         sum
     }
 
-    /// Kinetic energy of net and target, and what the effect stores [J].
+    /// Kinetic energy of net and bodies, and what the effect stores [J].
     fn energy(&mut self) -> f64 {
         let stored = self.effect.stored_energy(&self.state);
-        let target = self.case.target().unwrap();
-        let body = self.state.target.unwrap();
+        let bodies = self.state.each_body().map(|(model, body)| model.kinetic_energy(body));
         let knots = self.state.knots.velocity.iter().zip(&self.case.net().mass);
-        knots.map(|(v, m)| 0.5 * m * v.norm_squared()).sum::<f64>()
-            + body.kinetic_energy(target.mass, &target.inertia)
-            + stored
+        knots.map(|(v, m)| 0.5 * m * v.norm_squared()).sum::<f64>() + bodies.sum::<f64>() + stored
     }
 
     /// Momentum of all there is [kg m/s].
     fn momentum(&self) -> Vector3<f64> {
         let knots = self.state.knots.velocity.iter().zip(&self.case.net().mass);
-        knots.map(|(v, m)| *m * v).sum::<Vector3<f64>>()
-            + self.case.target().unwrap().mass * self.state.target.unwrap().velocity
-            + self.state.chaser.map_or(Vector3::zeros(), |chaser| chaser.momentum())
+        let bodies = self.state.each_body().map(|(model, body)| model.momentum(body));
+        knots.map(|(v, m)| *m * v).chain(bodies).sum()
     }
 }
 
@@ -445,7 +437,7 @@ fn force_is_the_derivative_of_stored_energy() {
         }
         below(&format!("{}: knots", probe.name), worst / largest, 1e-6);
         let target = kicked.case.target().unwrap();
-        let body = kicked.state.target.unwrap();
+        let body = kicked.state.target().unwrap();
         let force = target.mass * body.velocity / (0.5 * step);
         let inertia = body.attitude.to_rotation_matrix()
             * target.inertia
@@ -454,7 +446,7 @@ fn force_is_the_derivative_of_stored_energy() {
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
         let of = |shift: &dyn Fn(&mut Body, Vector3<f64>), by: f64| {
             Vector3::from(
-                axes.map(|axis| slope(&|state, by| shift(state.target.as_mut().unwrap(), by * axis), by)),
+                axes.map(|axis| slope(&|state, by| shift(&mut state.bodies[TARGET], by * axis), by)),
             )
         };
         let slope_of_place = of(&|body, by| body.position += by, 0.1);
@@ -488,17 +480,10 @@ fn a_turned_frame_changes_nothing() {
         let worst = pairs.map(|(one, other)| (turn() * one - other).norm()).fold(0.0, f64::max);
         // Measured 1.4e-12 of threads, whose two passes on their length take rounding along; of all else 1e-15.
         below(&format!("{}: knots", probe.name), worst, 1e-11);
-        for body in
-            [|stage: &Stage| stage.state.target, |stage: &Stage| stage.state.chaser.map(|chaser| chaser.body)]
-        {
-            if let (Some(one), Some(other)) = (body(&plain), body(&turned)) {
-                below(
-                    &format!("{}: velocity", probe.name),
-                    (turn() * one.velocity - other.velocity).norm(),
-                    1e-12,
-                );
-                below(&format!("{}: rate", probe.name), (turn() * one.rate - other.rate).norm(), 1e-12);
-            }
+        for (one, other) in plain.state.bodies.iter().zip(&turned.state.bodies) {
+            let velocity = (turn() * one.velocity - other.velocity).norm();
+            below(&format!("{}: velocity", probe.name), velocity, 1e-12);
+            below(&format!("{}: rate", probe.name), (turn() * one.rate - other.rate).norm(), 1e-12);
         }
     }
 }

@@ -199,5 +199,5 @@ fn a_thread_gives_no_more_than_its_winches() {
 
 fn closing_number(run: &Run, name: &str) -> f64 {
     let closing = run.reports.iter().find(|(effect, _)| *effect == "closing").unwrap();
-    closing.1.numbers.iter().find(|(number, _)| *number == name).unwrap().1.as_f64().unwrap()
+    closing.1.numbers.as_ref().unwrap()[name].as_f64().unwrap()
 }

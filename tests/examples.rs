@@ -1,5 +1,7 @@
 //! The programs of `examples/`, which use nothing but the public interface, do what they say.
 
+#[path = "../examples/own_body.rs"]
+mod own_body;
 #[path = "../examples/own_effect.rs"]
 mod own_effect;
 #[path = "../examples/own_stepper.rs"]
@@ -9,7 +11,11 @@ mod step_by_step;
 
 use crate::common::below;
 use nalgebra::Vector3;
+use own_body::{DROGUE, MASS, Spring, Tow};
 use own_effect::Wind;
+use tumblenet::failure::{Culprit, Failure};
+use tumblenet::run::Run;
+use tumblenet::simulation::Simulation;
 use tumblenet::solver::PAIRS;
 
 /// Before contact the target follows v = w (1 − e^(−c t / m)), whatever the method: none drops a force.
@@ -32,6 +38,84 @@ fn an_effect_from_outside_acts_on_knots_and_target_under_every_pair() {
         // What came from outside is all that momentum changed by.
         let change = run.frames.momentum.last().unwrap() - run.frames.momentum[0] - run.outside_impulse;
         below(&format!("{pair}: momentum"), change.norm() / run.outside_impulse.norm(), 1e-9);
+    }
+}
+
+/// A third body that nothing but its own effect knows: with the chaser it swings as in closed form, and energy, momentum
+/// and angular momentum of all together are kept, whatever the method.
+#[test]
+fn a_body_from_outside_is_moved_counted_and_recorded_under_every_pair() {
+    let (stiffness, rest_length, stretch) = (50.0, 0.5, 0.1);
+    for (.., pair) in PAIRS {
+        let case = own_body::case(pair, &["duration_s=0.3"]).unwrap();
+        let spring = Spring { tow: Tow::Chaser, stiffness, rest_length };
+        let place = Vector3::new(-rest_length - stretch, 0.0, 0.0);
+        let run = Run::with(&case, vec![own_body::drogue(spring, place)], |_| {}).unwrap();
+        let frames = &run.frames;
+        // Both swing about their common centre: s = l₀ + A cos ω t + (v / ω) sin ω t, ω² = k (1/m + 1/M).
+        let [chaser, drogue] = ["chaser", DROGUE].map(|name| frames.body(name).unwrap());
+        let rate = f64::sqrt(stiffness * (1.0 / MASS + 1.0 / chaser.model.mass));
+        let recoil = chaser.frames[0].velocity.x;
+        let mut off = 0.0_f64;
+        for (time, (chaser, drogue)) in frames.time.iter().zip(chaser.frames.iter().zip(&drogue.frames)) {
+            let (sine, cosine) = (rate * time).sin_cos();
+            let port = chaser.position.x + 0.3;
+            let expected = rest_length + stretch * cosine + recoil / rate * sine;
+            off = off.max((port - drogue.position.x - expected).abs());
+        }
+        below(&format!("{pair}: swing, m"), off, 1e-3);
+        assert!(drogue.frames.iter().any(|body| body.velocity.x > 0.5), "{pair}: it swings");
+        let scale = MASS * stretch * rate;
+        let largest = |vectors: &[Vector3<f64>]| {
+            vectors.iter().map(|vector| (vector - vectors[0]).norm()).fold(0.0, f64::max)
+        };
+        below(&format!("{pair}: momentum"), largest(&frames.momentum) / scale, 1e-12);
+        below(&format!("{pair}: angular momentum"), largest(&frames.angular_momentum) / scale, 1e-12);
+        assert_eq!(run.outside_impulse, Vector3::zeros());
+        let energy = 0.5 * stiffness * stretch * stretch;
+        let ledger = frames.ledger.last().unwrap();
+        below(&format!("{pair}: residual"), ledger.residual().abs() / ledger.start, 1e-9);
+        // A force held over a step gives and takes: ω h / 2 of what swings, and nothing on average.
+        let given = frames.ledger.iter().map(|ledger| ledger.effects[1].abs()).fold(0.0, f64::max);
+        below(&format!("{pair}: work of the spring"), given / energy, rate * case.time_step().step);
+    }
+}
+
+/// The same towed by a bullet, in a cabin whose field acts on it as on all that is free; and a number that is none has its
+/// name.
+#[test]
+fn a_body_from_outside_is_towed_by_a_knot_and_feels_fields() {
+    for (.., pair) in PAIRS {
+        let cabin = r#"effects.cabin={"gravity_m_s2":[0.0,0.3,-0.2],"rate_rad_s":[0.1,0.0,0.2]}"#;
+        let case = own_body::case(pair, &["duration_s=0.2", cabin]).unwrap();
+        let bullet = case.net().bullets[0];
+        let brought = || {
+            let spring = Spring { tow: Tow::Knot(bullet), stiffness: 5.0, rest_length: 0.2 };
+            vec![own_body::drogue(spring, case.net().folded[bullet] - Vector3::new(0.2, 0.0, 0.0))]
+        };
+        let run = Run::with(&case, brought(), |_| {}).unwrap();
+        let frames = &run.frames;
+        let drogue = &frames.body(DROGUE).unwrap().frames;
+        let towed = drogue.last().unwrap().velocity;
+        assert!(towed.x > 1e-3 && towed.y > 0.05 && towed.z < -0.03, "{pair}: {towed}");
+        let change = frames.momentum.last().unwrap() - frames.momentum[0] - run.outside_impulse;
+        below(&format!("{pair}: momentum"), change.norm() / run.outside_impulse.norm(), 1e-9);
+        let change = frames.angular_momentum.last().unwrap()
+            - frames.angular_momentum[0]
+            - run.outside_angular_impulse;
+        below(&format!("{pair}: angular momentum"), change.norm() / run.outside_angular_impulse.norm(), 1e-9);
+        let ledger = frames.ledger.last().unwrap();
+        below(&format!("{pair}: residual"), ledger.residual().abs() / ledger.start, 1e-9);
+
+        let mut simulation = Simulation::with(&case, brought());
+        let index = simulation.state.find_body(DROGUE).unwrap();
+        simulation.state.bodies[index].velocity.x = f64::NAN;
+        let failure = simulation.step().unwrap_err();
+        let is_named =
+            matches!(&failure, Failure::NotANumber { culprit: Culprit::Body(name), .. } if name == DROGUE);
+        // A knot that it tows may be found first.
+        let is_towed = matches!(&failure, Failure::NotANumber { culprit: Culprit::Knot(_), .. });
+        assert!(is_named || is_towed, "{pair}: {failure}");
     }
 }
 

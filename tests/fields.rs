@@ -9,11 +9,10 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde_json::json;
 use tumblenet::field::orbit::{EARTH_PARAMETER, EARTH_RADIUS, OrbitMotion};
 use tumblenet::field::profile::{CabinMotion, ProfileRow, Values};
-use tumblenet::field::{self, Field, Masses};
+use tumblenet::field::{self, Field};
 use tumblenet::interaction::Half;
-use tumblenet::state::{Body, Knots, State};
+use tumblenet::state::{Body, BodyModel, Knots, State};
 use tumblenet::target::Motion;
-use tumblenet::target::motion::RigidMotion;
 
 const AXIS: f64 = EARTH_RADIUS + 700e3;
 
@@ -22,19 +21,10 @@ fn knot(position: Vector3<f64>, velocity: Vector3<f64>) -> State {
     State { knots: Knots { position: vec![position], velocity: vec![velocity] }, ..State::default() }
 }
 
-/// Knots and target free in `field` for `n_steps` steps of `step` seconds, as a simulation takes them;
+/// Knots and bodies free in `field` for `n_steps` steps of `step` seconds, as a simulation takes them;
 /// `each` sees the state after every step.
-fn fly(
-    field: &impl Field,
-    state: &mut State,
-    inertia: Matrix3<f64>,
-    step: f64,
-    n_steps: u64,
-    mut each: impl FnMut(&State),
-) {
-    let masses =
-        Masses { knots: vec![1.0; state.knots.position.len()], target: state.target.map(|_| (1.0, inertia)) };
-    let motion = RigidMotion::new(Motion::Free, inertia);
+fn fly(field: &impl Field, state: &mut State, step: f64, n_steps: u64, mut each: impl FnMut(&State)) {
+    let masses = vec![1.0; state.knots.position.len()];
     for i in 0..n_steps {
         let [start, end] = [i, i + 1].map(|n| n as f64 * step);
         let middle = start + 0.5 * step;
@@ -42,9 +32,7 @@ fn fly(
         for (position, velocity) in state.knots.position.iter_mut().zip(&state.knots.velocity) {
             *position += step * velocity;
         }
-        if let Some(body) = &mut state.target {
-            motion.drift(body, step);
-        }
+        state.drift_bodies(false, step);
         field::kick(&field.over(middle, end), Half::Second, state, &masses);
         state.time = end;
         each(state);
@@ -77,7 +65,7 @@ fn a_knot_on_a_relative_orbit_follows_clohessy_and_wiltshire_for_a_period() {
         let mut state = knot(r, v);
         let (mut worst, mut reach) = (0.0_f64, 0.0_f64);
         let n_steps = 60_000;
-        fly(&orbit, &mut state, Matrix3::identity(), orbit.period() / n_steps as f64, n_steps, |state| {
+        fly(&orbit, &mut state, orbit.period() / n_steps as f64, n_steps, |state| {
             let expected = clohessy_wiltshire(n, r, v, state.time);
             worst = worst.max((state.knots.position[0] - expected).norm());
             reach = reach.max(expected.norm());
@@ -148,7 +136,7 @@ fn a_free_knot_keeps_energy_and_angular_momentum_about_the_earth() {
         let start = jacobi(&state);
         // After a whole turn the origin climbs as at the start.
         let n_steps = 60_000;
-        fly(&orbit, &mut state, Matrix3::identity(), orbit.period() / n_steps as f64, n_steps, |_| {});
+        fly(&orbit, &mut state, orbit.period() / n_steps as f64, n_steps, |_| {});
         let (momentum_end, energy_end) = invariants(&state);
         // Measured 1e-15 on the circle; on the ellipse 2e-11, the error of steps of 0.1 to 0.3 s.
         let bound = if eccentricity == 0.0 { 1e-13 } else { 1e-10 };
@@ -186,7 +174,7 @@ fn a_kilometre_away_the_motion_is_that_of_two_bodies_in_the_inertial_frame() {
         let apart = other.0 - origin.0;
         let expected = Vector3::new(apart.dot(&along), apart.dot(&beside), apart.dot(&up));
         let mut state = knot(r, v);
-        fly(&orbit, &mut state, Matrix3::identity(), time / 60_000.0, 60_000, |_| {});
+        fly(&orbit, &mut state, time / 60_000.0, 60_000, |_| {});
         let error = (state.knots.position[0] - expected).norm() / expected.norm();
         below("error over the way", error, 1e-6);
     }
@@ -220,7 +208,7 @@ fn the_approach_turns_the_frame_and_not_the_physics() {
         below("a rotation", (turn * turn.transpose() - Matrix3::identity()).norm(), 1e-14);
         below("right-handed", (turn.determinant() - 1.0).abs(), 1e-14);
         let mut state = knot(turn * r, turn * v);
-        fly(&orbit, &mut state, Matrix3::identity(), 0.5, 2000, |_| {});
+        fly(&orbit, &mut state, 0.5, 2000, |_| {});
         turn.transpose() * state.knots.position[0]
     })
     .collect();
@@ -232,9 +220,10 @@ fn the_approach_turns_the_frame_and_not_the_physics() {
     assert_eq!((turn * Vector3::y(), turn * Vector3::x()), (Vector3::x(), Vector3::z()));
 }
 
-fn body(attitude: UnitQuaternion<f64>, rate: Vector3<f64>) -> State {
-    let target = Body { position: Vector3::zeros(), attitude, velocity: Vector3::zeros(), rate };
-    State { target: Some(target), ..State::default() }
+/// A free body of 1 kg.
+fn body(inertia: Matrix3<f64>, attitude: UnitQuaternion<f64>, rate: Vector3<f64>) -> State {
+    let body = Body { attitude, rate, ..Body::at_rest() };
+    State::default().with_bodies([(BodyModel::new("body", Motion::Free, 1.0, inertia), body)])
 }
 
 /// Without torque a body turns in a turning frame as in the inertial one, seen from the frame.
@@ -250,16 +239,16 @@ fn a_tumbling_body_does_not_feel_that_the_frame_turns() {
     let attitude = UnitQuaternion::from_euler_angles(0.3, -0.5, 1.0);
     let rate = Vector3::new(0.2, 1.0, -0.4);
     let (step, n_steps) = (5e-4, 20_000);
-    let mut state = body(attitude, rate - frame_rate);
-    fly(&field, &mut state, inertia, step, n_steps, |_| {});
+    let mut state = body(inertia, attitude, rate - frame_rate);
+    fly(&field, &mut state, step, n_steps, |_| {});
 
-    let mut inertial = body(attitude, rate).target.unwrap();
-    let motion = RigidMotion::new(Motion::Free, inertia);
+    let mut inertial = body(inertia, attitude, rate);
     for _ in 0..n_steps {
-        motion.drift(&mut inertial, step);
+        inertial.drift_bodies(false, step);
     }
+    let inertial = inertial.bodies[0];
     let back = UnitQuaternion::from_scaled_axis(-frame_rate * (step * n_steps as f64));
-    let seen = state.target.unwrap();
+    let seen = state.bodies[0];
     below("attitude", seen.attitude.angle_to(&(back * inertial.attitude)), 1e-6);
     let expected = back * (inertial.rate - frame_rate);
     below("rate", (seen.rate - expected).norm() / expected.norm(), 1e-6);
@@ -271,16 +260,17 @@ fn the_gravity_gradient_holds_a_long_body_upright() {
     let orbit = OrbitMotion::new(AXIS, 0.0, 0.0, &Vector3::y());
     // Local frame: X (roll) along the flight, Y (pitch) along the normal, Z (yaw) up: long along Z.
     let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 0.9, 0.2));
-    let mut upright = body(UnitQuaternion::identity(), Vector3::zeros());
-    fly(&orbit, &mut upright, inertia, 0.5, 2000, |_| {});
-    below("turn of an upright body", upright.target.unwrap().attitude.angle(), 1e-12);
+    let mut upright = body(inertia, UnitQuaternion::identity(), Vector3::zeros());
+    fly(&orbit, &mut upright, 0.5, 2000, |_| {});
+    below("turn of an upright body", upright.bodies[0].attitude.angle(), 1e-12);
 
     let amplitude = 1e-4;
-    let mut state = body(UnitQuaternion::from_scaled_axis(amplitude * Vector3::y()), Vector3::zeros());
+    let turned = UnitQuaternion::from_scaled_axis(amplitude * Vector3::y());
+    let mut state = body(inertia, turned, Vector3::zeros());
     let frequency = orbit.mean_motion * f64::sqrt(3.0 * (1.0 - 0.2) / 0.9);
     let mut worst = 0.0_f64;
-    fly(&orbit, &mut state, inertia, 0.5, 12_000, |state| {
-        let pitch = state.target.unwrap().attitude.scaled_axis().y;
+    fly(&orbit, &mut state, 0.5, 12_000, |state| {
+        let pitch = state.bodies[0].attitude.scaled_axis().y;
         worst = worst.max((pitch - amplitude * (frequency * state.time).cos()).abs());
     });
     below("pitch over its amplitude", worst / amplitude, 1e-5);
@@ -367,7 +357,7 @@ fn a_free_knot_in_a_cabin_follows_the_closed_form() {
     let constant = Values { gravity: gravity[0].into(), rate: rate[0].into() };
     let cabin = CabinMotion { constant, rows: Vec::new(), centre: Vector3::zeros() };
     let mut state = knot(r, v);
-    fly(&cabin, &mut state, Matrix3::identity(), 5e-4, 6000, |_| {});
+    fly(&cabin, &mut state, 5e-4, 6000, |_| {});
     let (position, velocity) = in_cabin(constant.rate, constant.gravity, r, v, 3.0);
     below("constant: position", (state.knots.position[0] - position).norm() / position.norm(), 1e-6);
     below("constant: velocity", (state.knots.velocity[0] - velocity).norm() / velocity.norm(), 1e-6);
@@ -381,7 +371,7 @@ fn a_free_knot_in_a_cabin_follows_the_closed_form() {
     ];
     let cabin = CabinMotion { constant: Values::default(), rows, centre: Vector3::zeros() };
     let mut state = knot(r, v);
-    fly(&cabin, &mut state, Matrix3::identity(), 5e-4, 6000, |_| {});
+    fly(&cabin, &mut state, 5e-4, 6000, |_| {});
     let (first, second) = (Vector3::from(rate[0]), Vector3::from(rate[1]));
     let (position, velocity) = in_cabin(first, gravity[0].into(), r, v, 1.0);
     let velocity = velocity - (second - first).cross(&position);
@@ -398,7 +388,7 @@ fn a_free_knot_flies_straight_while_the_cabin_speeds_up() {
     let cabin = CabinMotion { constant: Values::default(), rows, centre };
     let (r, v) = (Vector3::new(0.3, -0.2, 0.5), Vector3::new(1.8, 0.1, -0.2));
     let mut state = knot(r, v);
-    fly(&cabin, &mut state, Matrix3::identity(), 5e-4, 4000, |_| {});
+    fly(&cabin, &mut state, 5e-4, 4000, |_| {});
     let arm = r - centre;
     let straight = arm + 2.0 * (v + Vector3::new(0.0, 0.1, 0.0).cross(&arm));
     let turned = 0.5 * (0.1 + 0.5) * 2.0;
@@ -415,7 +405,7 @@ fn finer_steps_converge() {
     let (expected, _) = in_cabin(constant.rate, constant.gravity, r, v, 2.0);
     let error = |n_steps: u64| {
         let mut state = knot(r, v);
-        fly(&cabin, &mut state, Matrix3::identity(), 2.0 / n_steps as f64, n_steps, |_| {});
+        fly(&cabin, &mut state, 2.0 / n_steps as f64, n_steps, |_| {});
         (state.knots.position[0] - expected).norm()
     };
     within("error at 40 ms over that at 20 ms", error(50) / error(100), [3.9, 4.1]);

@@ -135,7 +135,7 @@ fn responses_leave_alone_what_does_not_come_near() {
             let drift = case.net().folded[0] + 0.1 * case.net().launch_velocity[0];
             let state = &simulation.state;
             below(&response.name(), (state.knots.position[0] - drift).norm(), 1e-12);
-            assert_eq!(state.target.unwrap().velocity, Vector3::zeros(), "{}", response.name());
+            assert_eq!(state.target().unwrap().velocity, Vector3::zeros(), "{}", response.name());
         }
     }
 }
@@ -152,7 +152,7 @@ fn responses_bounce_as_the_closed_form_says() {
             let case = plate(response, four_knots(speed), restitution);
             let simulation = simulate(&case, 0.25);
             let state = &simulation.state;
-            let body = state.target.unwrap();
+            let body = state.target().unwrap();
             let relative = body.velocity.x - state.knots.velocity[0].x;
             let common = (plate_mass * body.velocity.x + 4.0 * knot * state.knots.velocity[0].x)
                 / (plate_mass + 4.0 * knot);
@@ -208,7 +208,7 @@ fn responses_push_apart_and_keep_both_momenta() {
         let start = Simulation::new(&case);
         let before = (start.audit.momentum(&start.state), start.audit.angular_momentum(&start.state));
         let simulation = simulate(&case, 0.2);
-        let body = simulation.state.target.unwrap();
+        let body = simulation.state.target().unwrap();
         assert!(body.velocity.x > 0.0, "{}", response.name());
         assert!(body.rate.z < 0.0 && body.rate.y < 0.0, "{}: {}", response.name(), body.rate);
         assert!(simulation.state.knots.velocity[0].x < 1.0);
@@ -230,7 +230,7 @@ fn responses_answer_alike_in_a_turned_frame() {
         for (a, b) in plain.knots.position.iter().zip(&turned.knots.position) {
             below(&response.name(), (turn * a - b).norm(), 1e-6);
         }
-        let [plain, turned] = [plain, turned].map(|state| state.target.unwrap());
+        let [plain, turned] = [plain, turned].map(|state| *state.target().unwrap());
         below(&response.name(), (turn * plain.rate - turned.rate).norm(), 1e-6);
     }
 }

@@ -21,12 +21,12 @@ fn in_f32_a_tumbling_stage_keeps_energy_and_angular_momentum() {
     let case = case_of(scene);
     let inertia = case.target().unwrap().inertia;
     let mut simulation = Simulation::new(&case);
-    let start = simulation.state.target.unwrap();
+    let start = *simulation.state.target().unwrap();
     let (energy, momentum) = (start.kinetic_energy(8000.0, &inertia), start.angular_momentum(&inertia));
     let (mut energy_error, mut momentum_error) = (0.0_f64, 0.0_f64);
     for _ in 0..100_000 {
         simulation.step().unwrap();
-        let body = simulation.state.target.unwrap();
+        let body = simulation.state.target().unwrap();
         energy_error = energy_error.max((body.kinetic_energy(8000.0, &inertia) / energy - 1.0).abs());
         let turned = body.angular_momentum(&inertia) - momentum;
         momentum_error = momentum_error.max(turned.norm() / momentum.norm());

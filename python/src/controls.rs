@@ -60,16 +60,10 @@ impl Thrust {
 impl ForceElement for Thrust {
     fn add_forces(&mut self, state: &State, forces: &mut Forces) {
         let pushes = self.told();
-        let mut add = |push: &Push, body: &Body, sum: fn(&mut Forces) -> &mut Wrench| {
-            let (wrench, sum) = (push.on(body), sum(forces));
-            sum.force += wrench.force;
-            sum.torque += wrench.torque;
-        };
-        if let Some(target) = &state.target {
-            add(&pushes.target, target, |forces| &mut forces.on_target);
-        }
-        if let Some(chaser) = &state.chaser {
-            add(&pushes.chaser, &chaser.body, |forces| &mut forces.on_chaser);
+        for (name, push) in [("target", &pushes.target), ("chaser", &pushes.chaser)] {
+            if let Some(index) = state.find_body(name) {
+                forces.on_bodies[index] += push.on(&state.bodies[index]);
+            }
         }
     }
 }

@@ -120,7 +120,7 @@ impl Episode {
             column.map(|(_, value)| *value).fold(0.0, f64::max)
         };
         let (state, net) = (&self.simulation.state, self.case.net());
-        let Some(target) = state.target else { return };
+        let Some(target) = state.target() else { return };
         let bullets = net.bullets.map(|bullet| state.knots.position[bullet]);
         let total: f64 = net.mass.iter().sum();
         let mean = |values: &[Vector3<f64>]| {

@@ -260,7 +260,8 @@ impl RunResult {
     #[getter]
     fn chaser<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.keep(py, "chaser", |recorded| {
-            Body::over_time(py, &recorded.run.frames.chaser)?.into_bound_py_any(py)
+            let chaser = recorded.run.frames.body("chaser").map_or(&[][..], |track| &track.frames);
+            Body::over_time(py, chaser)?.into_bound_py_any(py)
         })
     }
 

@@ -185,13 +185,14 @@ impl Simulation {
     /// The target; None without one.
     #[getter]
     fn target(&mut self, py: Python<'_>) -> Option<Body> {
-        self.state().target.map(|body| Body::now(py, &body))
+        self.state().target().map(|body| Body::now(py, body))
     }
 
     /// The chaser; None where it is not free.
     #[getter]
     fn chaser(&mut self, py: Python<'_>) -> Option<Body> {
-        self.state().chaser.map(|chaser| Body::now(py, &chaser.body))
+        let state = self.state();
+        state.find_body("chaser").map(|index| Body::now(py, &state.bodies[index]))
     }
 
     /// The energy ledger by name [J], as of results.

@@ -107,11 +107,11 @@ impl TriggerWatch {
                 (self.was_wide && mouth < below.0, delay_s)
             }
             Trigger::Past { distance_m, delay_s } => {
-                let past = |body: crate::state::Body| {
+                let past = |body: &crate::state::Body| {
                     let line = body.position.x + distance_m;
                     self.bullets.iter().all(|&bullet| state.knots.position[bullet].x > line)
                 };
-                (state.target.is_some_and(past), delay_s)
+                (state.target().is_some_and(past), delay_s)
             }
         };
         happened.then_some(delay)
@@ -123,8 +123,8 @@ mod tests {
     use super::*;
     use crate::net::spec::Launch;
     use crate::problems::Problems;
-    use crate::state::{Body, Contact, Knots};
-    use nalgebra::UnitQuaternion;
+    use crate::state::{Body, BodyModel, Contact, Knots, Motion};
+    use nalgebra::Matrix3;
     use serde_json::json;
 
     fn net() -> Net {
@@ -142,14 +142,11 @@ mod tests {
             .iter()
             .map(|p| flat(p) + (1.0 - width / net.folded[0].y.abs() / 2.0) * x * Vector3::x())
             .collect();
-        let target = Body {
-            position: Vector3::x(),
-            attitude: UnitQuaternion::identity(),
-            velocity: Vector3::zeros(),
-            rate: Vector3::zeros(),
-        };
+        let target = Body { position: Vector3::x(), ..Body::at_rest() };
+        let model = BodyModel::new("target", Motion::Free, 1.0, Matrix3::identity()).with_shape();
         let velocity = vec![Vector3::zeros(); position.len()];
-        State { time, knots: Knots { position, velocity }, target: Some(target), ..State::default() }
+        let state = State { time, knots: Knots { position, velocity }, ..State::default() };
+        state.with_bodies([(model, target)])
     }
 
     #[test]

@@ -13,29 +13,24 @@
 //!    angular momentum on a box that winds the net up. Here all impulses act at the centre of the knot.
 //! 3. **Spin.** The engine's gyroscopic term loses angular momentum: 5e-4 of it within a second at
 //!    30 rad/s. The impulses say what it must be, and the body turns on with it as
-//!    [`RigidMotion`] has it: to set the rate alone, in the engine's attitude, cost 1e-3 of the energy
+//!    [`BodyModel::drift`] has it: to set the rate alone, in the engine's attitude, cost 1e-3 of the energy
 //!    of a body that tumbles about its middle axis for 300 s.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::InverseInertia;
 use super::row::{ContactRow, JacobianWeights};
 use super::woodbury::Woodbury;
 use crate::net::Net;
-use crate::state::{Body, Contact, Knots, State};
+use crate::state::{Body, BodyModel, Contact, Knots, State, TARGET};
 use crate::target::Target;
-use crate::target::motion::RigidMotion;
-use crate::target::spec::Motion;
 use crate::world::World;
 
 /// What the engine's contacts need beside the engine.
 pub struct EngineContacts {
     /// In the body frame.
     inverse_inertia: InverseInertia,
-    /// Inertia of a free target in the body frame [kg m^2].
-    inertia: Option<Matrix3<f64>>,
-    /// How it turns on its own.
-    motion: RigidMotion,
+    target: BodyModel,
     restitution: f64,
     inverse_mass: Vec<f64>,
     radius: Vec<f64>,
@@ -46,10 +41,10 @@ pub struct EngineContacts {
 impl EngineContacts {
     /// Contacts of `net` with `target` that bounce with the coefficient `restitution` [-].
     pub fn new(net: &Net, target: &Target, restitution: f64) -> EngineContacts {
+        let target = target.model();
         EngineContacts {
-            inverse_inertia: InverseInertia::of(target),
-            inertia: (target.motion == Motion::Free).then_some(target.inertia),
-            motion: RigidMotion::of(target),
+            inverse_inertia: InverseInertia::of(&target),
+            target,
             restitution,
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             radius: net.radius.clone(),
@@ -79,11 +74,11 @@ impl EngineContacts {
 
     /// Gives a free target the angular momentum that impulses left it.
     fn settle_spin(&self, world: &mut World, before: &State, state: &mut State, new: &[Contact], step: f64) {
-        let (Some(inertia), Some(start), Some(mut body)) = (&self.inertia, &before.target, state.target)
-        else {
+        if !self.target.is_free() {
             return;
-        };
-        let mut momentum = start.angular_momentum(inertia);
+        }
+        let (start, body) = (&before.bodies[TARGET], &mut state.bodies[TARGET]);
+        let mut momentum = start.angular_momentum(self.target.inertia());
         for contact in new {
             momentum -= (contact.point - start.position).cross(&contact.impulse_on_knot());
         }
@@ -91,17 +86,16 @@ impl EngineContacts {
             // The impulses act at the start of the step; from there the body turns on its own.
             let mut turned =
                 Body { rate: self.inverse_inertia.at(start).inverse_inertia * momentum, ..*start };
-            self.motion.drift(&mut turned, step);
+            self.target.drift(&mut turned, step);
             body.attitude = turned.attitude;
             body.rate = turned.rate;
-            world.set_target(&body);
-            state.target = Some(body);
+            world.set_target(body);
         }
     }
 
     /// Contacts that were closing and felt an impulse part at e times the speed (Eq. 4.11), all at once.
     fn bounce(&self, world: &mut World, before: &State, state: &mut State, new: &mut [Contact]) {
-        let (Some(start), Some(mut body)) = (&before.target, state.target) else { return };
+        let (start, mut body) = (&before.bodies[TARGET], state.bodies[TARGET]);
         let (mut rows, of) = self.bouncing(before, start, state, &body, new);
         if rows.is_empty() {
             return;
@@ -119,9 +113,9 @@ impl EngineContacts {
             contact.moment += state.knots.position[knot].cross(&impulse);
             contact.point += (row.impulse / contact.impulse) * (state.knots.position[knot] - contact.point);
         }
-        if self.inertia.is_some() {
+        if self.target.is_free() {
             world.set_target(&body);
-            state.target = Some(body);
+            state.bodies[TARGET] = body;
         }
     }
 
@@ -178,8 +172,7 @@ impl EngineContacts {
 /// Work and losses of a contact's impulses. With velocities averaged over the step, impulse times
 /// velocity is exactly the change of a knot's kinetic energy.
 fn settle_work(contact: &mut Contact, before: &State, after: &State) {
-    let surface =
-        |state: &State| state.target.map_or(Vector3::zeros(), |body| body.velocity_at(contact.point));
+    let surface = |state: &State| state.bodies[contact.body].velocity_at(contact.point);
     let knot = 0.5 * (before.knots.velocity[contact.knot] + after.knots.velocity[contact.knot]);
     let sliding = knot - 0.5 * (surface(before) + surface(after));
     contact.work_on_knot = contact.impulse_on_knot().dot(&knot);

@@ -1,12 +1,10 @@
-//! How a target answers an impulse.
+//! How a body answers an impulse.
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::state::Body;
-use crate::target::Target;
-use crate::target::spec::Motion;
+use crate::state::{Body, BodyModel};
 
-/// Inverse spatial inertia of a target; all zero for one that is held.
+/// Inverse spatial inertia of a body; all zero for one that is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InverseInertia {
     /// One over its mass [1/kg].
@@ -16,15 +14,15 @@ pub struct InverseInertia {
 }
 
 impl InverseInertia {
-    /// That of `target`, in the body frame.
-    pub fn of(target: &Target) -> InverseInertia {
-        match target.motion {
-            Motion::Free => InverseInertia {
-                inverse_mass: 1.0 / target.mass,
-                // A checked inertia is positive definite.
-                inverse_inertia: target.inertia.try_inverse().unwrap_or_default(),
-            },
-            Motion::Fixed | Motion::Spinning => InverseInertia::default(),
+    /// That of `model`, in the body frame.
+    pub fn of(model: &BodyModel) -> InverseInertia {
+        if !model.is_free() {
+            return InverseInertia::default();
+        }
+        InverseInertia {
+            inverse_mass: 1.0 / model.mass,
+            // A checked inertia is positive definite.
+            inverse_inertia: model.inertia().try_inverse().unwrap_or_default(),
         }
     }
 

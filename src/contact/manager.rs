@@ -18,8 +18,8 @@ use super::surface::{Feature, SurfaceContacts};
 use super::woodbury::{self, Woodbury};
 use crate::friction::Law;
 use crate::net::Net;
-use crate::solver::{CableModel, ContactModel, Solver};
-use crate::state::{Body, Contact, Knots, State};
+use crate::solver::{ContactModel, Solver};
+use crate::state::{Body, Contact, Knots, State, TARGET};
 use crate::target::Target;
 use crate::world::World;
 
@@ -46,14 +46,17 @@ pub struct ContactSettings<'a> {
     pub margin: f64,
     /// Speed of contact that steps are chosen for [m/s].
     pub speed: f64,
+    /// Whether contacts take turns with what moves the cables, and are not answered in every sub-step of it.
+    pub in_turn: bool,
+    /// Whether an impulse on a knot moves others at once, as one on a coordinate of elements moves all that shares a cable
+    /// with it: rows of different knots then act on each other all the same.
+    pub coupled: bool,
 }
 
 impl ContactSettings<'_> {
     /// Contacts of the knots, by a solver of ours; none where the engine solves them.
     fn of_knots(&self) -> Option<SurfaceContacts> {
-        // An impulse on a coordinate of elements moves what shares a cable with it: rows are of different knots, and act
-        // on each other all the same.
-        let coupled = self.solver.cables == CableModel::Ancf;
+        let coupled = self.coupled;
         let normal = match self.solver.contact {
             ContactModel::Rapier => return None,
             ContactModel::Impulse if coupled => {
@@ -77,15 +80,14 @@ impl ContactSettings<'_> {
     /// Contacts of the cables. The engine has no row for two knots and a target: where it solves the knots'
     /// contacts, those of cables are solved by impulses of ours.
     pub fn of_cables(&self) -> SurfaceContacts {
-        let ContactSettings { net, target, solver, .. } = *self;
-        let by_engine = solver.cables == CableModel::Joints;
+        let ContactSettings { net, target, solver, in_turn, .. } = *self;
         let by_force = solver.contact == ContactModel::Penalty;
         let normal = if by_force {
             let force = PenaltyForce::new(net, &solver.penalty);
             let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
             NormalSolver::Penalty { force, deepest: Some(deepest) }
         } else {
-            NormalSolver::GaussSeidel { lookahead: by_engine.then(|| Lookahead::new(net)), trial: Vec::new() }
+            NormalSolver::GaussSeidel { lookahead: in_turn.then(|| Lookahead::new(net)), trial: Vec::new() }
         };
         SurfaceContacts::new(
             Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),
@@ -95,9 +97,9 @@ impl ContactSettings<'_> {
             Parting {
                 restitution: if by_force { 0.0 } else { solver.restitution },
                 push_out: PushOut::Time(CABLE_PUSH_OUT),
-                in_turn: by_engine,
+                in_turn,
             },
-            by_engine.then_some(DRAWN_IN),
+            in_turn.then_some(DRAWN_IN),
         )
     }
 }
@@ -147,15 +149,15 @@ impl ContactManager {
 
     /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.
     pub fn update(&mut self, state: &State, step: f64) {
-        if let (ContactManager::Own(own), Some(body)) = (self, &state.target) {
-            own.update(state, body, step);
+        if let ContactManager::Own(own) = self {
+            own.update(state, &state.bodies[TARGET], step);
         }
     }
 
-    /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `body`.
-    pub fn solve(&mut self, net: &mut impl NetMotion, body: &mut Body, step: f64) {
+    /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `bodies`.
+    pub fn solve(&mut self, net: &mut impl NetMotion, bodies: &mut [Body], step: f64) {
         if let ContactManager::Own(own) = self {
-            own.solve(net, body, step);
+            own.solve(net, &mut bodies[TARGET], step);
         }
     }
 
@@ -176,9 +178,9 @@ impl ContactManager {
         state: &mut State,
         others: impl FnOnce(&Knots, &Knots, &mut Vec<Contact>),
     ) {
-        let State { knots, target, contacts, .. } = state;
+        let State { knots, bodies, contacts, .. } = state;
         if let ContactManager::Own(own) = self {
-            own.report(before, knots, target.as_ref(), contacts);
+            own.report(before, knots, bodies.get(TARGET), contacts);
         }
         others(before, knots, contacts);
     }

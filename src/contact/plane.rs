@@ -218,6 +218,6 @@ impl ContactPlane {
 }
 
 fn empty_record(contact: &Contact) -> Contact {
-    let Contact { knot, along, part, .. } = *contact;
-    Contact { knot, along, part, gap: f64::INFINITY, ..Contact::default() }
+    let Contact { knot, along, body, part, .. } = *contact;
+    Contact { knot, along, body, part, gap: f64::INFINITY, ..Contact::default() }
 }

@@ -28,7 +28,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use parry3d::math::Vector as ParryVector;
 use parry3d::query::details::closest_points_segment_segment_with_locations_nD as closest_points;
 
@@ -205,12 +205,7 @@ impl StrandContacts {
             return;
         }
         // The target has no part in it: no row names one.
-        let mut nobody = Body {
-            position: Vector3::zeros(),
-            attitude: UnitQuaternion::identity(),
-            velocity: Vector3::zeros(),
-            rate: Vector3::zeros(),
-        };
+        let mut nobody = Body::at_rest();
         let target = InverseInertia::default();
         self.solver.solve(&mut self.rows, net, &mut nobody, &target, step);
         for row in &self.rows {

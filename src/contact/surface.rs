@@ -86,7 +86,7 @@ impl SurfaceContacts {
             feature,
             solver,
             rules: RowRules { parting, drawn_in },
-            inverse_inertia: InverseInertia::of(target),
+            inverse_inertia: InverseInertia::of(&target.model()),
             schedule: DetectionSchedule::new(margin, target.bounding_radius),
             planes: Vec::new(),
             rows: Vec::new(),

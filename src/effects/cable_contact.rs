@@ -23,7 +23,7 @@ use crate::contact::row::MarkedKnots;
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
 use crate::options::BuildContext;
-use crate::state::{Body, Contact, EffectWork, Knots, State};
+use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 
 /// Contact of cables has no parameters of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -79,13 +79,13 @@ impl ContactLaw for TouchingCables {
         &mut self,
         knots: &mut Knots,
         before: &[Vector3<f64>],
-        target: &mut Option<Body>,
+        bodies: &mut [Body],
         step: f64,
         touched: &mut [bool],
     ) {
-        if let (Some(contacts), Some(body)) = (&mut self.contacts, target) {
+        if let Some(contacts) = &mut self.contacts {
             let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
-            contacts.solve(&mut net, body, step);
+            contacts.solve(&mut net, &mut bodies[TARGET], step);
         }
     }
 
@@ -112,14 +112,14 @@ impl ContactLaw for TouchingCables {
 
 impl StepObserver for TouchingCables {
     fn start_of_step(&mut self, state: &State) {
-        if let (Some(contacts), Some(body)) = (&mut self.contacts, &state.target) {
-            contacts.update(state, body, self.step);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.update(state, &state.bodies[TARGET], self.step);
         }
     }
 
     fn stored_energy(&self, state: &State) -> f64 {
-        let bodies = self.contacts.as_ref().zip(state.target.as_ref());
-        bodies.map_or(0.0, |(contacts, body)| contacts.stored_energy(&state.knots, body))
+        let contacts = self.contacts.as_ref();
+        contacts.map_or(0.0, |contacts| contacts.stored_energy(&state.knots, &state.bodies[TARGET]))
     }
 
     /// Impulses and moments that a held target passes to the outside are booked with all contacts.

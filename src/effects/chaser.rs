@@ -11,7 +11,7 @@
 //! chaser does not turn; it does when they differ. Since then `launch.bullets` among what is uncertain in a scene says the
 //! same with any distribution, and shows what was drawn.
 //!
-//! Its kinetic energy is the effect's stored energy, its momenta count with those of net and target.
+//! Its kinetic energy counts as stored, its momenta with those of net and target.
 //! A closing thread to it (layout `cinch`) leaves it at the middle of the net's container and pulls at it.
 //!
 //! Limits: it touches nothing; a `tug` is the thrust of its engines handed on by a tether, and comes
@@ -22,22 +22,22 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Parameters;
-use crate::interaction::{Effect, EffectOutput, Half, HalfKick, Interaction, Report, StepObserver};
+use crate::interaction::{Effect, EffectOutput, Interaction, Report, StepObserver};
 use crate::net::Net;
 use crate::options::{BuildContext, BuildOptions};
 use crate::problems::Problems;
 use crate::quantity::Positive;
 use crate::read::join;
 use crate::state::elements::ElementNet;
-use crate::state::{Body, EffectWork, FreeBody, Knots, NetTotals, State};
+use crate::state::{Body, BodyModel, EffectWork, Knots, Motion, NetTotals, State};
 use crate::step;
-use crate::target::Motion;
 use crate::target::files::Files;
-use crate::target::motion::RigidMotion;
+
+/// Its name among the bodies.
+const NAME: &str = "chaser";
 
 /// Deviations beyond so many standard deviations are not drawn.
 pub const CUT: f64 = 3.0;
@@ -66,6 +66,19 @@ pub struct Chaser {
     pub seed: u64,
 }
 
+/// How the chaser recoiled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChaserSummary {
+    /// Velocity just after the shot [m/s].
+    pub recoil_m_s: [f64; 3],
+    /// Angular velocity just after the shot, body frame [rad/s].
+    pub recoil_rad_s: [f64; 3],
+    /// Displacement of its centre of mass at the end [m].
+    pub displacement_m: [f64; 3],
+    /// Angle it has turned through at the end, about one axis [rad].
+    pub turned_rad: f64,
+}
+
 impl Chaser {
     /// The shots of the bullets [m/s] as they deviate in one member of an ensemble; unchanged without
     /// deviations.
@@ -91,7 +104,7 @@ impl Chaser {
     }
 
     /// The chaser just after the shot of `net`.
-    pub fn recoiled(&self, net: &Net) -> FreeBody {
+    pub fn recoiled(&self, net: &Net) -> Body {
         let centre = Vector3::from(self.centre_m);
         let shots = net.mass.iter().zip(&net.launch_velocity).zip(&net.folded);
         let (mut impulse, mut moment) = (Vector3::zeros(), Vector3::zeros());
@@ -103,7 +116,7 @@ impl Chaser {
     }
 
     /// The same of elements, between whose knots the shot moves all in a line.
-    fn recoiled_of_elements(&self, net: &Net, elements: &ElementNet) -> FreeBody {
+    fn recoiled_of_elements(&self, net: &Net, elements: &ElementNet) -> Body {
         let knots = Knots { position: net.folded.clone(), velocity: net.launch_velocity.clone() };
         let NetTotals { momentum, angular_momentum, .. } =
             elements.motion(&knots, &elements.straight(&knots));
@@ -111,21 +124,18 @@ impl Chaser {
     }
 
     /// The chaser after an impulse [N s] and a moment about its centre of mass [N m s].
-    fn recoiled_by(&self, impulse: Vector3<f64>, moment: Vector3<f64>) -> FreeBody {
-        let inertia = Matrix3::from_diagonal(&self.inertia_kg_m2.map(|moment| moment.0).into());
-        let centre = Vector3::from(self.centre_m);
-        let rate = moment.component_div(&inertia.diagonal());
-        FreeBody {
-            body: Body {
-                position: centre,
-                attitude: UnitQuaternion::identity(),
-                velocity: impulse / self.mass_kg.0,
-                rate,
-            },
-            mass: self.mass_kg.0,
-            inertia,
-            port: -centre,
+    fn recoiled_by(&self, impulse: Vector3<f64>, moment: Vector3<f64>) -> Body {
+        Body {
+            position: self.centre_m.into(),
+            attitude: UnitQuaternion::identity(),
+            velocity: impulse / self.mass_kg.0,
+            rate: moment.component_div(&self.inertia().diagonal()),
         }
+    }
+
+    /// About its centre of mass [kg m^2].
+    fn inertia(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&self.inertia_kg_m2.map(|moment| moment.0).into())
     }
 }
 
@@ -147,7 +157,7 @@ impl Parameters for Chaser {
     }
 
     fn ask(&self, options: &mut BuildOptions) {
-        options.free_chaser = true;
+        options.port_of = Some(NAME);
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
@@ -156,23 +166,25 @@ impl Parameters for Chaser {
             Some(elements) => self.recoiled_of_elements(context.net, &elements),
             None => self.recoiled(context.net),
         };
-        let about = format!("a free body of {} kg outside the engine", start.mass);
-        let motion = RigidMotion::new(Motion::Free, start.inertia);
-        Interaction::new("chaser", about, Recoiling { motion, start }).with_body(start)
+        let about = format!("a free body of {} kg outside the engine", self.mass_kg.0);
+        let model = BodyModel::new(NAME, Motion::Free, self.mass_kg.0, self.inertia());
+        let model = model.with_port(-Vector3::from(self.centre_m));
+        Interaction::new(NAME, about, Recoiling { start }).with_body(model, start)
     }
 }
 
 /// The chaser under way.
 struct Recoiling {
-    motion: RigidMotion,
-    start: FreeBody,
+    start: Body,
+}
+
+impl Recoiling {
+    fn body(state: &State) -> Option<&Body> {
+        state.find_body(NAME).map(|index| &state.bodies[index])
+    }
 }
 
 impl Effect for Recoiling {
-    fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
-        Some(self)
-    }
-
     fn observer(&mut self) -> Option<&mut dyn StepObserver> {
         Some(self)
     }
@@ -182,30 +194,10 @@ impl Effect for Recoiling {
     }
 }
 
-impl HalfKick for Recoiling {
-    /// Before the rest of the step it moves on, as nothing else moves it.
-    fn kick(&mut self, state: &mut State, step: f64, half: Half) -> EffectWork {
-        if half == Half::Second {
-            return EffectWork::default();
-        }
-        if let Some(chaser) = &mut state.chaser {
-            self.motion.drift(&mut chaser.body, step);
-        }
-        EffectWork { count: 1, ..EffectWork::default() }
-    }
-
-    fn kicks_knots(&self) -> bool {
-        false
-    }
-}
-
 impl StepObserver for Recoiling {
-    fn stored_energy(&self, state: &State) -> f64 {
-        state.chaser.map_or(0.0, |chaser| chaser.kinetic_energy())
-    }
-
+    /// The simulation moves it, and the audit counts what it has.
     fn end_of_step(&mut self, _before: &State, _after: &State) -> EffectWork {
-        EffectWork::default()
+        EffectWork { count: 1, ..EffectWork::default() }
     }
 }
 
@@ -217,22 +209,18 @@ impl EffectOutput for Recoiling {
     }
 
     fn values(&mut self, state: &State) -> Vec<f64> {
-        let bodies = state.chaser.iter().map(|chaser| &chaser.body);
-        let vectors = bodies.flat_map(|body| [body.position, body.velocity, body.spin()]);
+        let vectors =
+            Recoiling::body(state).into_iter().flat_map(|body| [body.position, body.velocity, body.spin()]);
         vectors.flat_map(|vector| [vector.x, vector.y, vector.z]).collect()
     }
 
     fn report(&self, end: &State) -> Report {
-        let Some(end) = end.chaser.map(|chaser| chaser.body) else { return Report::default() };
-        let start = self.start.body;
-        Report {
-            numbers: vec![
-                ("recoil_m_s", json!(<[f64; 3]>::from(start.velocity))),
-                ("recoil_rad_s", json!(<[f64; 3]>::from(start.spin()))),
-                ("displacement_m", json!(<[f64; 3]>::from(end.position - start.position))),
-                ("turned_rad", json!(end.attitude.angle())),
-            ],
-            ..Report::default()
-        }
+        let (Some(end), start) = (Recoiling::body(end), &self.start) else { return Report::default() };
+        Report::default().with_numbers(&ChaserSummary {
+            recoil_m_s: start.velocity.into(),
+            recoil_rad_s: start.spin().into(),
+            displacement_m: (end.position - start.position).into(),
+            turned_rad: end.attitude.angle(),
+        })
     }
 }

@@ -11,12 +11,11 @@
 //!   but for what drew it out beyond its reels: at most its largest tension times that length.
 //! - impulse and moment from outside: the pull of the tether to the chaser (layout `cinch`); every
 //!   other thread is internal. Where the scene has a `chaser`, its body takes the opposite at the end of
-//!   the step, and the tether ends where the body is; until then it is as good as held, so its mass must
+//!   the step, and the tether ends at the body's port; until then it is as good as held, so its mass must
 //!   be well above a knot's.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::Parameters;
 use crate::closing::layouts::Layout;
@@ -75,6 +74,36 @@ pub struct Closing {
     pub lock_distance_m: Option<Positive>,
 }
 
+/// How the mouth was closed. A run's threads add up, except where it says the largest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ClosingSummary {
+    /// Start of the winches [s]; null: they never started.
+    pub triggered_s: Option<f64>,
+    /// From then until the mouth was first below `capture.mouth_max` [s]; null: it never was.
+    pub time_to_close_s: Option<f64>,
+    /// Thread off the reels when the winches started [m].
+    pub length_start_m: f64,
+    /// Thread off the reels at the end [m].
+    pub length_end_m: f64,
+    /// Largest length of a thread beyond what was off its reels while its tension was below the
+    /// limit, over its full length: an error of the method [-].
+    pub max_excess: f64,
+    /// The same at the tension limit: knots that pulled harder drew the thread out [-]; `max_drag` in older
+    /// summaries.
+    #[serde(alias = "max_drag")]
+    pub max_limit_overshoot: f64,
+    /// Largest tension of a thread [N].
+    pub max_tension_n: f64,
+    /// Time at the tension limit, of the thread that was longest there [s].
+    pub time_at_limit_s: f64,
+    /// Work of the winches, tension times length reeled in [J].
+    pub winch_work_j: f64,
+    /// What of it was lost between thread and knots [J].
+    pub lost_j: f64,
+    /// Latched pairs of knots.
+    pub latches: usize,
+}
+
 impl Closing {
     /// Closes the mouth to about 2 % of the net: side of 0.15 by side of 0.15.
     fn default_stop_share() -> f64 {
@@ -130,8 +159,8 @@ impl Parameters for Closing {
                 triggered: None,
                 length_start: 0.0,
                 passed_on: 0.0,
-                has_chaser: context.options.free_chaser && self.layout == Layout::Cinch,
-                from_chaser: Outside::default(),
+                port_of: context.options.port_of.filter(|_| self.layout == Layout::Cinch),
+                from_port: Outside::default(),
             },
         )
     }
@@ -149,15 +178,15 @@ struct ClosingThreads {
     length_start: f64,
     /// Work posted so far [J].
     passed_on: f64,
-    /// Whether a free chaser is at the other end of a tether.
-    has_chaser: bool,
-    /// What the chaser gave to the net within the step.
-    from_chaser: Outside,
+    /// The body at the other end of a tether.
+    port_of: Option<&'static str>,
+    /// What it gave to the net within the step.
+    from_port: Outside,
 }
 
 impl Effect for ClosingThreads {
     fn half_kick(&mut self) -> Option<&mut dyn HalfKick> {
-        if self.has_chaser { Some(self) } else { None }
+        if self.port_of.is_some() { Some(self) } else { None }
     }
 
     fn constraint(&mut self) -> Option<&mut dyn SubstepConstraint> {
@@ -174,16 +203,18 @@ impl Effect for ClosingThreads {
 }
 
 impl HalfKick for ClosingThreads {
-    /// At the end of the step the chaser takes what the net got from it.
+    /// At the end of the step the body at the other end of a tether takes what the net got from it.
     fn kick(&mut self, state: &mut State, _step: f64, half: Half) -> EffectWork {
         if half == Half::First {
             return EffectWork::default();
         }
-        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_chaser);
-        let Some(chaser) = &mut state.chaser else { return EffectWork::default() };
-        let before = chaser.kinetic_energy();
-        chaser.push(&-impulse, &-angular_impulse);
-        let work = chaser.kinetic_energy() - before;
+        let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_port);
+        let Some(index) = self.port_of.and_then(|name| state.find_body(name)) else {
+            return EffectWork::default();
+        };
+        let body = &mut state.bodies[index];
+        let about_centre = -angular_impulse - body.position.cross(&-impulse);
+        let work = state.body_models[index].push(body, &-impulse, &about_centre);
         self.passed_on += work;
         // The winch has put it in already.
         EffectWork { work, lost: -work, ..EffectWork::default() }
@@ -196,8 +227,8 @@ impl HalfKick for ClosingThreads {
 
 impl StepObserver for ClosingThreads {
     fn start_of_step(&mut self, state: &State) {
-        if let Some(chaser) = state.chaser.filter(|_| self.has_chaser) {
-            self.mechanism.anchor(chaser.port());
+        if let Some(index) = self.port_of.and_then(|name| state.find_body(name)) {
+            self.mechanism.anchor(state.bodies[index].to_local(&state.body_models[index].port));
         }
         if let Some(command) = state.winch {
             self.mechanism.command(command.reel_speed, command.max_tension);
@@ -221,8 +252,8 @@ impl StepObserver for ClosingThreads {
     fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {
         let mut work = self.mechanism.account(&after.knots);
         self.passed_on += work.work;
-        if self.has_chaser {
-            self.from_chaser = Outside {
+        if self.port_of.is_some() {
+            self.from_port = Outside {
                 impulse: std::mem::take(&mut work.impulse),
                 angular_impulse: std::mem::take(&mut work.angular_impulse),
             };
@@ -250,26 +281,28 @@ impl EffectOutput for ClosingThreads {
             way,
             stop,
             limit: self.limit,
+            port_of: self.port_of,
             columns: thread_columns(number),
         };
-        Report {
-            numbers: vec![
-                ("triggered_s", json!(self.triggered)),
-                ("length_start_m", json!(self.length_start)),
-                ("length_end_m", json!(self.mechanism.length())),
-                ("max_excess", json!(tally.excess)),
-                ("max_limit_overshoot", json!(tally.limit_overshoot)),
-                ("max_tension_n", json!(tally.tension)),
-                ("time_at_limit_s", json!(tally.time_at_limit)),
-                ("winch_work_j", json!(tally.work)),
-                // What of it did not reach the knots.
-                ("lost_j", json!(tally.work - self.passed_on)),
-                ("latches", json!(self.mechanism.n_latches())),
-            ],
+        let told = Report {
             start: Some(("winches start", self.triggered)),
-            trial: None,
             threads: self.mechanism.ways().zip(&self.stops).enumerate().map(thread).collect(),
             curves: vec![("winch work", "J", WORK_COLUMN)],
-        }
+            ..Report::default()
+        };
+        told.with_numbers(&ClosingSummary {
+            triggered_s: self.triggered,
+            time_to_close_s: None, // who sees the mouth over time says
+            length_start_m: self.length_start,
+            length_end_m: self.mechanism.length(),
+            max_excess: tally.excess,
+            max_limit_overshoot: tally.limit_overshoot,
+            max_tension_n: tally.tension,
+            time_at_limit_s: tally.time_at_limit,
+            winch_work_j: tally.work,
+            // What of it did not reach the knots.
+            lost_j: tally.work - self.passed_on,
+            latches: self.mechanism.n_latches(),
+        })
     }
 }

@@ -4,16 +4,16 @@
 //! the stored energy Φ: nothing for a steady field, but for what the step's error is; for one that
 //! changes, what the change puts in.
 
-use crate::field::{self, Field, Masses};
+use crate::field::{self, Field};
 use crate::interaction::{Effect, Half, HalfKick, Interaction, StepObserver};
 use crate::options::BuildContext;
 use crate::state::{EffectWork, State};
-use crate::target::Motion;
 
 /// An active field.
 pub struct Active<F> {
     field: F,
-    masses: Masses,
+    /// Of the knots [kg].
+    net_mass: Vec<f64>,
     /// Φ as last posted [J].
     stored: Option<f64>,
     /// Where the first half of the step ended [s].
@@ -23,13 +23,11 @@ pub struct Active<F> {
 }
 
 impl<F: Field + 'static> Active<F> {
-    /// `field` at work on the knots of the net and on a free target.
+    /// `field` at work on the knots of the net and on free bodies.
     pub fn on(context: &BuildContext<'_>, name: &'static str, about: String, field: F) -> Interaction {
-        let free = context.target.filter(|target| target.motion == Motion::Free);
-        let target = free.map(|target| (target.mass, target.inertia));
-        let masses = Masses { knots: context.net.mass.clone(), target };
+        let net_mass = context.net.mass.clone();
         let acts = context.options.has_fields;
-        Interaction::new(name, about, Active { field, masses, stored: None, middle: 0.0, acts })
+        Interaction::new(name, about, Active { field, net_mass, stored: None, middle: 0.0, acts })
     }
 }
 
@@ -48,17 +46,17 @@ impl<F: Field> HalfKick for Active<F> {
         let span = match half {
             Half::First => {
                 self.stored.get_or_insert_with(|| {
-                    field::stored_energy(&self.field.at(state.time), state, &self.masses)
+                    field::stored_energy(&self.field.at(state.time), state, &self.net_mass)
                 });
                 self.middle = state.time + 0.5 * step;
                 self.field.over(state.time, self.middle)
             }
             Half::Second => self.field.over(self.middle, state.time),
         };
-        let work = field::kick(&span, half, state, &self.masses);
+        let work = field::kick(&span, half, state, &self.net_mass);
         match half {
             Half::First => work,
-            Half::Second => EffectWork { count: self.masses.knots.len() as u64, ..work },
+            Half::Second => EffectWork { count: self.net_mass.len() as u64, ..work },
         }
     }
 
@@ -73,7 +71,7 @@ impl<F: Field> HalfKick for Active<F> {
 
 impl<F: Field> StepObserver for Active<F> {
     fn stored_energy(&self, state: &State) -> f64 {
-        field::stored_energy(&self.field.at(state.time), state, &self.masses)
+        field::stored_energy(&self.field.at(state.time), state, &self.net_mass)
     }
 
     fn end_of_step(&mut self, _before: &State, after: &State) -> EffectWork {

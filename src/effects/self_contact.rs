@@ -69,7 +69,7 @@ impl ContactLaw for Strands {
         &mut self,
         knots: &mut Knots,
         before: &[Vector3<f64>],
-        _: &mut Option<Body>,
+        _: &mut [Body],
         step: f64,
         touched: &mut [bool],
     ) {

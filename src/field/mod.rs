@@ -214,27 +214,18 @@ impl Span {
     }
 }
 
-/// Masses of all that a field acts on.
-#[derive(Clone, Debug)]
-pub struct Masses {
-    /// Of the knots [kg].
-    pub knots: Vec<f64>,
-    /// Mass [kg] and inertia in the body frame [kg m^2] of a free target.
-    pub target: Option<(f64, Matrix3<f64>)>,
-}
-
-/// Kicks all knots and free bodies of `state`; returns the work and the impulses.
-pub fn kick(span: &Span, half: Half, state: &mut State, masses: &Masses) -> EffectWork {
+/// Kicks all knots, of the masses `net_mass` [kg], and free bodies of `state`; returns the work and the impulses.
+pub fn kick(span: &Span, half: Half, state: &mut State, net_mass: &[f64]) -> EffectWork {
     let mut posting = EffectWork::default();
     if state.elements.is_some() {
         posting = kick_elements(span, half, state);
     } else {
-        kick_knots(span, half, state, masses, &mut posting);
+        kick_knots(span, half, state, net_mass, &mut posting);
     }
-    for (body, mass, inertia) in bodies(&mut state.target, &mut state.chaser, masses) {
-        let inertia = in_local_frame(body, &inertia);
+    for (model, body) in state.each_body_mut().filter(|(model, _)| model.is_free()) {
+        let inertia = in_local_frame(body, model.inertia());
         let change = span.kick(half, &body.position, &body.velocity);
-        let impulse = mass * change;
+        let impulse = model.mass * change;
         let turn = span.twist(half, body, &inertia);
         let moment = inertia * turn;
         posting.work += impulse.dot(&(body.velocity + 0.5 * change)) + moment.dot(&(body.rate + 0.5 * turn));
@@ -261,9 +252,9 @@ fn kick_elements(span: &Span, half: Half, state: &mut State) -> EffectWork {
     }
 }
 
-fn kick_knots(span: &Span, half: Half, state: &mut State, masses: &Masses, posting: &mut EffectWork) {
+fn kick_knots(span: &Span, half: Half, state: &mut State, net_mass: &[f64], posting: &mut EffectWork) {
     let knots = &mut state.knots;
-    for ((position, velocity), mass) in knots.position.iter().zip(&mut knots.velocity).zip(&masses.knots) {
+    for ((position, velocity), mass) in knots.position.iter().zip(&mut knots.velocity).zip(net_mass) {
         let change = span.kick(half, position, velocity);
         let impulse = *mass * change;
         posting.work += impulse.dot(&(*velocity + 0.5 * change));
@@ -273,8 +264,8 @@ fn kick_knots(span: &Span, half: Half, state: &mut State, masses: &Masses, posti
     }
 }
 
-/// Energy Φ of all knots and free bodies of `state` [J].
-pub fn stored_energy(frame: &Frame, state: &State, masses: &Masses) -> f64 {
+/// Energy Φ of all knots, of the masses `net_mass` [kg], and free bodies of `state` [J].
+pub fn stored_energy(frame: &Frame, state: &State, net_mass: &[f64]) -> f64 {
     let mut energy = match &state.elements {
         Some(elements) => {
             let mut energy = 0.0;
@@ -283,26 +274,15 @@ pub fn stored_energy(frame: &Frame, state: &State, masses: &Masses) -> f64 {
             energy
         }
         None => {
-            let knots = state.knots.position.iter().zip(&masses.knots);
+            let knots = state.knots.position.iter().zip(net_mass);
             knots.map(|(position, mass)| mass * frame.potential(position)).sum()
         }
     };
-    let (mut target, mut chaser) = (state.target, state.chaser);
-    for (body, mass, inertia) in bodies(&mut target, &mut chaser, masses) {
-        energy += frame.potential_of_body(&body.position, mass, &in_local_frame(body, &inertia));
+    for (model, body) in state.each_body().filter(|(model, _)| model.is_free()) {
+        let inertia = in_local_frame(body, model.inertia());
+        energy += frame.potential_of_body(&body.position, model.mass, &inertia);
     }
     energy
-}
-
-/// The free bodies with mass and inertia in the body frame.
-fn bodies<'a>(
-    target: &'a mut Option<Body>,
-    chaser: &'a mut Option<crate::state::FreeBody>,
-    masses: &Masses,
-) -> impl Iterator<Item = (&'a mut Body, f64, Matrix3<f64>)> {
-    let target = target.as_mut().zip(masses.target).map(|(body, (mass, inertia))| (body, mass, inertia));
-    let chaser = chaser.as_mut().map(|chaser| (&mut chaser.body, chaser.mass, chaser.inertia));
-    target.into_iter().chain(chaser)
 }
 
 /// Inertia of the body frame, turned to the local frame.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::capture::Curves;
 use super::conservation::Conservation;
@@ -12,6 +12,8 @@ use super::retention::Retention;
 use super::verdict::Capture;
 use super::warnings;
 use crate::case::Case;
+pub use crate::effects::chaser::ChaserSummary;
+pub use crate::effects::closing::ClosingSummary;
 use crate::provenance::Provenance;
 use crate::read;
 use crate::run::Run;
@@ -109,49 +111,6 @@ pub struct TargetSummary {
     pub max_rate_change_rad_s: Option<f64>,
 }
 
-/// How the mouth was closed. A run's threads add up, except where it says the largest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ClosingSummary {
-    /// Start of the winches [s]; null: they never started.
-    pub triggered_s: Option<f64>,
-    /// From then until the mouth was first below `capture.mouth_max` [s]; null: it never was.
-    pub time_to_close_s: Option<f64>,
-    /// Thread off the reels when the winches started [m].
-    pub length_start_m: f64,
-    /// Thread off the reels at the end [m].
-    pub length_end_m: f64,
-    /// Largest length of a thread beyond what was off its reels while its tension was below the
-    /// limit, over its full length: an error of the method [-].
-    pub max_excess: f64,
-    /// The same at the tension limit: knots that pulled harder drew the thread out [-]; `max_drag` in older
-    /// summaries.
-    #[serde(alias = "max_drag")]
-    pub max_limit_overshoot: f64,
-    /// Largest tension of a thread [N].
-    pub max_tension_n: f64,
-    /// Time at the tension limit, of the thread that was longest there [s].
-    pub time_at_limit_s: f64,
-    /// Work of the winches, tension times length reeled in [J].
-    pub winch_work_j: f64,
-    /// What of it was lost between thread and knots [J].
-    pub lost_j: f64,
-    /// Latched pairs of knots.
-    pub latches: usize,
-}
-
-/// How the chaser recoiled.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ChaserSummary {
-    /// Velocity just after the shot [m/s].
-    pub recoil_m_s: [f64; 3],
-    /// Angular velocity just after the shot, body frame [rad/s].
-    pub recoil_rad_s: [f64; 3],
-    /// Displacement of its centre of mass at the end [m].
-    pub displacement_m: [f64; 3],
-    /// Angle it has turned through at the end, about one axis [rad].
-    pub turned_rad: f64,
-}
-
 /// What the cables bore.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CableSummary {
@@ -213,8 +172,11 @@ impl Summary {
             }),
             capture: Capture::of(case, extremes.first_contact.is_some(), &run.frames.time, curves),
             target: target_summary(case, run),
-            closing: block(run, "closing", &[("time_to_close_s", json!(time_to_close(case, run, curves)))]),
-            chaser: block(run, "chaser", &[]),
+            closing: block::<ClosingSummary>(run, "closing").map(|closing| ClosingSummary {
+                time_to_close_s: time_to_close(case, run, curves),
+                ..closing
+            }),
+            chaser: block(run, "chaser"),
             retention: Retention::of(case, run, curves),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
@@ -324,11 +286,9 @@ fn target_summary(case: &Case, run: &Run) -> Option<TargetSummary> {
 }
 
 /// The block that effect `name` brings, with what the summary adds to it.
-fn block<T: DeserializeOwned>(run: &Run, name: &str, more: &[(&str, Value)]) -> Option<T> {
+fn block<T: DeserializeOwned>(run: &Run, name: &str) -> Option<T> {
     let (_, report) = run.reports.iter().find(|(known, _)| *known == name)?;
-    let numbers = report.numbers.iter().chain(more);
-    let block = numbers.map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
-    serde_json::from_value(Value::Object(block)).ok()
+    serde_json::from_value(report.numbers.clone()?).ok()
 }
 
 /// From the start of what closes the mouth until that was first below `capture.mouth_max` [s].

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `knot 0`, `knot 1`, … | its path; the bullets carry a body to be seen |
 //! | `net` | a line a cable, each end with the weight 1 on its knot's node: a skin, so that lines follow |
-//! | `target`, `chaser` | pose by pose, triangles of their parts |
+//! | `target`, `chaser` and the like | pose by pose, triangles of their parts |
 //!
 //! Metres and seconds, in the local frame (X along the flight); numbers of 32 bits, as glTF has them.
 
@@ -45,9 +45,9 @@ pub fn write(out: &Path, case: &Case, run: &Run) -> Result<PathBuf, WriteError> 
         let parts = target.parts.iter().filter_map(ConvexPart::hull);
         scene.body("target", parts, &run.frames.target, [0.35, 0.4, 0.5]);
     }
-    if let Some(chaser) = run.chaser {
-        let block = Hull::of(&chaser.corners(&Body::at_rest()));
-        scene.body("chaser", block.into_iter(), &run.frames.chaser, [0.6, 0.6, 0.6]);
+    for track in &run.frames.brought {
+        let block = Hull::of(&track.model.corners());
+        scene.body(&track.model.name, block.into_iter(), &track.frames, [0.6, 0.6, 0.6]);
     }
     let place = out.join(FILE);
     files::write(&place, |file| scene.write(&case.scene().title, file))?;

@@ -52,8 +52,8 @@ pub struct Replay<'a> {
     pub perimeter: &'a [usize],
     /// The target, if there is one.
     pub target: Option<ReplayTarget<'a>>,
-    /// A free chaser, if there is one: the eight corners of a box, and where a tether leaves it, per frame. [m]
-    pub chaser: Option<Vec<[Vector3<f64>; 9]>>,
+    /// Bodies that effects brought, such as a free chaser.
+    pub blocks: Vec<ReplayBlock<'a>>,
     /// Numbers that change with time, in the order they are listed.
     pub curves: Vec<Curve<'a>>,
     /// Threads and winches, if there are any.
@@ -73,6 +73,14 @@ pub struct ReplayVerdict<'a> {
     pub words: &'a str,
     /// Whether the net holds the target; none: nothing is decided yet.
     pub held: Option<bool>,
+}
+
+/// A body without a shape, drawn as a block.
+pub struct ReplayBlock<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The eight corners, and where a tether leaves it, per frame. [m]
+    pub places: Vec<[Vector3<f64>; 9]>,
 }
 
 /// The target and its motion.
@@ -101,8 +109,11 @@ pub struct ReplayClosing {
     pub start_s: Option<f64>,
     /// Largest tension of a thread. [N]
     pub limit_n: f64,
-    /// Where a thread that is wound outside of the net ends, without a free chaser. [m]
+    /// Where a thread that is wound outside of the net ends, without a body to end at. [m]
     pub anchor_m: [f64; 3],
+    /// Name of that body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub port_of: Option<&'static str>,
     /// The threads.
     pub threads: Vec<ReplayThread>,
 }
@@ -229,7 +240,7 @@ struct Page<'a> {
     bullets: [usize; 4],
     perimeter: &'a [usize],
     target: Option<PageTarget<'a>>,
-    chaser: Option<String>,
+    blocks: Vec<PageBlock<'a>>,
     curves: Vec<PageCurve<'a>>,
     closing: Option<ReplayClosing>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -252,6 +263,19 @@ struct PageTarget<'a> {
     parts: &'a [ReplayMesh],
     positions: String,
     attitudes: String,
+}
+
+#[derive(Serialize)]
+struct PageBlock<'a> {
+    name: &'a str,
+    places: String,
+}
+
+impl<'a> ReplayBlock<'a> {
+    fn on_page(&self, kept: &[usize]) -> PageBlock<'a> {
+        let shown = kept.iter().flat_map(|&frame| self.places[frame]);
+        PageBlock { name: self.name, places: base64(shown.flat_map(|p| [p.x, p.y, p.z]), kept.len() * 27) }
+    }
 }
 
 #[derive(Serialize)]
@@ -383,10 +407,7 @@ impl<'a> Page<'a> {
                     kept.len() * 4,
                 ),
             }),
-            chaser: replay.chaser.as_ref().map(|corners| {
-                let shown = kept.iter().flat_map(|&frame| corners[frame]);
-                base64(shown.flat_map(|p| [p.x, p.y, p.z]), kept.len() * 27)
-            }),
+            blocks: replay.blocks.iter().map(|block| block.on_page(&kept)).collect(),
             curves: replay
                 .curves
                 .iter()
@@ -558,13 +579,13 @@ mod tests {
                 start_s: Some(0.8),
                 limit_n: 1.0,
                 anchor_m: [0.0; 3],
+                port_of: None,
                 threads: (0..4).map(thread).collect(),
             }
         }
 
         fn replay<'a>(&'a self, title: &'a str, parts: Option<Vec<ReplayMesh>>) -> Replay<'a> {
             Replay {
-                chaser: None,
                 title,
                 source: Some("made up, to look at the page"),
                 warnings: &[],
@@ -580,6 +601,7 @@ mod tests {
                 rest_lengths: &self.rest_lengths,
                 bullets: self.bullets,
                 perimeter: &self.perimeter,
+                blocks: Vec::new(),
                 marks: if parts.is_some() {
                     vec![(0.8, "first contact".into()), (1.9, "captured".into())]
                 } else {

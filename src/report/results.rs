@@ -7,6 +7,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use ndarray::{Array1, Array2, Array3};
 use ndarray_npy::NpzWriter;
+use serde_json::{Map, Value};
 
 use super::files::{self, WriteError};
 use super::replay;
@@ -17,8 +18,8 @@ use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
 use crate::metrics::verdict::{self, Capture, Verdict};
 use crate::net::Net;
-use crate::run::Run;
-use crate::state::{Body, FreeBody};
+use crate::run::{BodyTrack, Frames, Run};
+use crate::state::Body;
 use crate::target::parts::ConvexPart;
 
 /// Names of the result files of a run. A summary, the last, says that the others are there.
@@ -180,12 +181,23 @@ const UNITS: &str = r#"{"t": "s", "knots": "m", "velocities": "m/s", "tensions":
 "target_points": "m, body frame", "target_triangles": "three points each, outside of one convex part",
 "target_parts": "the part of each triangle", "thread_way": "thread and the knot it passes, in order; -1: outside the net",
 "target_position": "m", "target_attitude": "w, x, y, z: local frame from body frame", "target_velocity": "m/s",
-"target_rate": "rad/s, local frame", "chaser_position": "m", "chaser_attitude": "as the target's",
-"chaser_velocity": "m/s", "chaser_rate": "rad/s, local frame",
+"target_rate": "rad/s, local frame",
 "threads": "the columns that series.csv has of the threads, by the same names in thread_names"}"#;
 
+/// The same with the bodies that effects brought, whose arrays have the units of the target's.
+fn units(frames: &Frames) -> String {
+    let mut units: Map<String, Value> = serde_json::from_str(UNITS).unwrap_or_default();
+    for BodyTrack { model, .. } in &frames.brought {
+        for part in ["position", "attitude", "velocity", "rate"] {
+            let unit = units[&format!("target_{part}")].clone();
+            units.insert(format!("{}_{part}", model.name), unit);
+        }
+    }
+    Value::Object(units).to_string()
+}
+
 /// `t` [T], `knots`, `velocities` and `contact_impulses` [T, K, 3], `tensions` [T, C], `cables` [C, 2], `grid` [2]; of a target
-/// and of a free chaser `_position`, `_velocity` and `_rate` [T, 3] and `_attitude` [T, 4]; of threads
+/// and of bodies that effects brought, such as a free chaser, `_position`, `_velocity` and `_rate` [T, 3] and `_attitude` [T, 4]; of threads
 /// `threads` [T, N] and `thread_way` [W, 2]. What does not change: `rest_lengths` and `breaking_tensions` [C],
 /// `masses` [K], `bullets` [4], `edge` [E], and the target's hulls as `target_points` [P, 3], `target_triangles` [H, 3] and
 /// `target_parts` [H]. `units` and `thread_names` are text, a byte an entry.
@@ -202,10 +214,9 @@ fn trajectory(
     npz.add_array("velocities", &of_knots(&frames.velocities))?;
     npz.add_array("contact_impulses", &of_knots(&frames.contact_impulses))?;
     npz.add_array("tensions", &of_numbers(&frames.tensions))?;
-    for (name, bodies) in [("target", &frames.target), ("chaser", &frames.chaser)] {
-        if bodies.is_empty() {
-            continue;
-        }
+    let target = Some(("target", &frames.target)).filter(|(_, bodies)| !bodies.is_empty());
+    let brought = frames.brought.iter().map(|track| (track.model.name.as_str(), &track.frames));
+    for (name, bodies) in target.into_iter().chain(brought) {
         for part in ["position", "velocity", "rate"] {
             let of = |body: &Body| match part {
                 "position" => body.position,
@@ -234,7 +245,7 @@ fn trajectory(
             ways.flat_map(|(number, thread)| thread.way.iter().map(move |at| [number as i64, knot(at)]));
         npz.add_array("thread_way", &rows(&ways.collect::<Vec<_>>()))?;
     }
-    npz.add_array("units", &text(UNITS))?;
+    npz.add_array("units", &text(&units(frames)))?;
     npz.finish()?;
     Ok(())
 }
@@ -330,7 +341,7 @@ pub fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> Strin
             positions: &positions,
             attitudes: &attitudes,
         }),
-        chaser: run.chaser.map(|chaser| frames.chaser.iter().map(|body| block(&chaser, body)).collect()),
+        blocks: frames.brought.iter().map(block).collect(),
         curves: shown,
         closing,
         loads: Some(replay::ReplayLoads {
@@ -427,15 +438,16 @@ fn closing(run: &Run) -> Option<replay::ReplayClosing> {
         start_s: report.start.and_then(|(_, start)| start),
         limit_n: report.threads[0].limit,
         anchor_m: [0.0; 3], // where a chaser that is held stays
+        port_of: report.threads[0].port_of,
         threads: report.threads.iter().map(thread).collect(),
     })
 }
 
-/// Corners and port of `chaser` at the pose of `body`.
-fn block(chaser: &FreeBody, body: &Body) -> [Vector3<f64>; 9] {
-    let corners = chaser.corners(body);
-    let port = FreeBody { body: *body, ..*chaser }.port();
-    std::array::from_fn(|i| corners.get(i).copied().unwrap_or(port))
+/// A body without a shape as a block, and its port.
+fn block(track: &BodyTrack) -> replay::ReplayBlock<'_> {
+    let (corners, port) = (track.model.corners(), track.model.port);
+    let places = |body: &Body| std::array::from_fn(|i| body.to_local(corners.get(i).unwrap_or(&port)));
+    replay::ReplayBlock { name: &track.model.name, places: track.frames.iter().map(places).collect() }
 }
 
 /// A part as triangles in the body frame: the hull of its outline.

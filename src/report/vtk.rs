@@ -197,7 +197,7 @@ fn threads(run: &Run, frame: usize) -> Option<Piece> {
 
 /// A rigid body in the frame of its own, and where it is.
 struct MovingHulls<'a> {
-    name: &'static str,
+    name: &'a str,
     piece: Piece,
     poses: &'a [Body],
 }
@@ -208,10 +208,9 @@ fn bodies<'a>(case: &Case, run: &'a Run) -> Vec<MovingHulls<'a>> {
         let parts = target.parts.iter().filter_map(ConvexPart::hull);
         bodies.push(MovingHulls { name: "target", piece: of_hulls(parts), poses: &run.frames.target });
     }
-    if let (Some(chaser), Some(_)) = (run.chaser, run.frames.chaser.first()) {
-        let corners = chaser.corners(&Body::at_rest());
-        let piece = of_hulls(Hull::of(&corners).into_iter());
-        bodies.push(MovingHulls { name: "chaser", piece, poses: &run.frames.chaser });
+    for track in &run.frames.brought {
+        let piece = of_hulls(Hull::of(&track.model.corners()).into_iter());
+        bodies.push(MovingHulls { name: &track.model.name, piece, poses: &track.frames });
     }
     bodies
 }

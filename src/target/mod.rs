@@ -8,7 +8,6 @@ pub mod files;
 pub mod import;
 mod mass;
 pub mod moments;
-pub mod motion;
 pub mod parts;
 pub mod repair;
 pub mod samples;
@@ -23,6 +22,7 @@ use crate::geometry::Hull;
 use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::read::join;
+use crate::state::{Body, BodyModel};
 use files::Files;
 use parts::{ConvexPart, Solid};
 pub use spec::Motion;
@@ -62,6 +62,24 @@ pub struct Target {
 }
 
 impl Target {
+    /// What of it as a body does not change in a run.
+    pub fn model(&self) -> BodyModel {
+        BodyModel::new("target", self.motion, self.mass, self.inertia).with_shape()
+    }
+
+    /// Where it starts, and how it moves.
+    pub fn start(&self) -> Body {
+        Body {
+            position: self.position,
+            attitude: self.attitude,
+            velocity: self.velocity,
+            rate: match self.motion {
+                Motion::Fixed => Vector3::zeros(),
+                Motion::Free | Motion::Spinning => self.attitude * self.spin,
+            },
+        }
+    }
+
     /// Whether mass, inertia, pose and motion are numbers: for targets that were not built from a scene.
     pub fn check(&self, problems: &mut Problems) {
         if !(self.mass.is_finite() && self.mass > 0.0) {

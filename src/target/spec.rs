@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::Positive;
+pub use crate::state::Motion;
 
 /// The debris.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,19 +39,6 @@ pub struct TargetSpec {
 /// A target at rest says nothing of it, so the hash of its scene is as ever.
 fn is_zero(velocity: &[f64; 3]) -> bool {
     *velocity == [0.0; 3]
-}
-
-/// What the motion of a target answers to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Motion {
-    /// A free rigid body.
-    #[default]
-    Free,
-    /// Held where it is.
-    Fixed,
-    /// Held in place, turning at the given rate whatever touches it.
-    Spinning,
 }
 
 /// A shape by name or path, or the shape itself.

@@ -9,7 +9,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::convert::{engines, engines_pose_of, number, ours, real};
 use super::detector::{Parts, Scan};
 use super::rapier::prelude::{ColliderBuilder, ColliderHandle, ContactPair};
-use super::{CABLES, TARGET};
+use super::{CABLES, PARTS};
 use crate::net::Net;
 use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
@@ -44,7 +44,7 @@ impl Capsules {
             let half = 0.5 * net.cables[cable].rest_length;
             ColliderBuilder::capsule_y(real(half), real(radius[cable]))
         };
-        let handles = (0..ends.len()).map(|cable| scan.insert(shape(cable), CABLES, TARGET, cable)).collect();
+        let handles = (0..ends.len()).map(|cable| scan.insert(shape(cable), CABLES, PARTS, cable)).collect();
         Capsules { ends, radius, handles }
     }
 

@@ -7,7 +7,7 @@ use super::rapier::prelude::{
     ActiveCollisionTypes, BroadPhaseBvh, Collider, ColliderBuilder, ColliderHandle, ColliderSet,
     CollisionPipeline, Group, IslandManager, NarrowPhase, RigidBodySet,
 };
-use super::{KNOTS, TARGET, contact_collider, read_contacts, shapes};
+use super::{KNOTS, PARTS, contact_collider, read_contacts, shapes};
 use crate::net::Net;
 use crate::state::{Body, Contact};
 use crate::target::Target;
@@ -25,7 +25,7 @@ impl Detector {
         let mut scan = Scan::new();
         Parts::insert(&mut scan, target, KNOTS);
         let ball = |knot: usize| ColliderBuilder::ball(real(net.radius[knot]));
-        let knots = (0..net.n_knots()).map(|knot| scan.insert(ball(knot), KNOTS, TARGET, knot)).collect();
+        let knots = (0..net.n_knots()).map(|knot| scan.insert(ball(knot), KNOTS, PARTS, knot)).collect();
         Detector { scan, knots }
     }
 
@@ -110,7 +110,7 @@ impl Parts {
         let parts = target.parts.iter().enumerate();
         let add = parts.map(|(index, part)| {
             let shape = ColliderBuilder::new(shapes::shape(part)).position(engines_pose(&part.pose));
-            (scan.insert(shape, TARGET, sees, index), part.pose)
+            (scan.insert(shape, PARTS, sees, index), part.pose)
         });
         Parts(add.collect())
     }

@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 use super::rapier;
 use crate::friction::Law;
 use crate::net::Net;
-use crate::state::{Body, Contact, Forces, Knots, State};
+use crate::state::{Body, Contact, Forces, Knots, State, TARGET};
 use crate::target::Target;
 use crate::target::spec::Motion;
 use crate::world::{Census, Setup};
@@ -57,7 +57,7 @@ struct TargetHandles {
 }
 
 const KNOTS: Group = Group::GROUP_1;
-const TARGET: Group = Group::GROUP_2;
+const PARTS: Group = Group::GROUP_2;
 const CABLES: Group = Group::GROUP_3;
 
 impl World {
@@ -148,7 +148,7 @@ impl World {
             self.set_position(knot, &state.knots.position[knot]);
             self.set_velocity(knot, &state.knots.velocity[knot]);
         }
-        if let Some(body) = &state.target {
+        if let Some(body) = state.target() {
             self.set_target(body);
         }
     }
@@ -157,7 +157,7 @@ impl World {
         for (&handle, velocity) in self.knots.iter().zip(&state.knots.velocity) {
             self.physics.bodies[handle].set_linvel(engines(velocity), false);
         }
-        if let (Some(target), Some(body)) = (&self.target, &state.target) {
+        if let (Some(target), Some(body)) = (&self.target, state.bodies.get(TARGET)) {
             let own = &mut self.physics.bodies[target.body];
             // One that is held moves as prescribed; its velocity is not free to change.
             if own.is_dynamic() {
@@ -195,7 +195,7 @@ impl World {
     }
 
     pub fn apart(&self, state: &State) -> bool {
-        let (Some(target), Some(body)) = (&self.target, &state.target) else { return true };
+        let (Some(target), Some(body)) = (&self.target, state.bodies.get(TARGET)) else { return true };
         state.knots.apart_from(body, target.bounding_radius + target.reach)
     }
 
@@ -226,15 +226,15 @@ impl World {
             position.push(ours(body.translation()));
             velocity.push(ours(body.linvel()));
         }
-        state.target = self.target.as_ref().map(|target| {
+        if let Some(target) = &self.target {
             let body = &self.physics.bodies[target.body];
-            Body {
+            state.bodies[TARGET] = Body {
                 position: ours(body.translation()),
                 attitude: our_rotation(body.rotation()),
                 velocity: ours(body.linvel()),
                 rate: ours(body.angvel()),
-            }
-        });
+            };
+        }
     }
 
     pub fn contacts(&self, contacts: &mut Vec<Contact>) {
@@ -324,7 +324,7 @@ fn insert_target(
     };
     for (index, part) in parts.iter().enumerate() {
         let collider = ColliderBuilder::new(shapes::shape(part)).position(engines_pose(&part.pose));
-        physics.insert_collider(contact_collider(collider, setup, TARGET, KNOTS, index), Some(body));
+        physics.insert_collider(contact_collider(collider, setup, PARTS, KNOTS, index), Some(body));
     }
     // Knots see the target and not each other: a scene that wants more names an effect.
     let knot_colliders = touching
@@ -332,7 +332,7 @@ fn insert_target(
         .enumerate()
         .map(|(knot, &handle)| {
             let ball = ColliderBuilder::ball(real(net.radius[knot])).enabled(false);
-            physics.insert_collider(contact_collider(ball, setup, KNOTS, TARGET, knot), Some(handle))
+            physics.insert_collider(contact_collider(ball, setup, KNOTS, PARTS, knot), Some(handle))
         })
         .collect();
     TargetHandles { body, knot_colliders, bounding_radius: target.bounding_radius, reach, detecting: false }

@@ -33,7 +33,7 @@ impl Bare {
         Bare {
             before: state.clone(),
             stepper: step::method(&case.scene().solver).build(&case.context()),
-            audit: EnergyAudit::start(case.net(), case.target(), &mut nothing, &state),
+            audit: EnergyAudit::start(case.net(), &mut nothing, &state),
             nothing,
             work: Work::default(),
             step: case.time_step().step,

@@ -7,7 +7,7 @@ const cloud = []; // points that every fixed view must hold
   const push = (x, y, z) => { if (Number.isFinite(x + y + z)) cloud.push([x, y, z]); };
   for (let f = 0; f < nFrames; f += frameStep) {
     for (const k of some) push(...knots.subarray(3 * (f * nKnots + k), 3 * (f * nKnots + k) + 3));
-    if (chaser) for (let k = 0; k < 9; k++) push(...chaser.subarray(27 * f + 3 * k, 27 * f + 3 * k + 3));
+    for (const { places } of blocks) for (let k = 0; k < 9; k++) push(...places.subarray(27 * f + 3 * k, 27 * f + 3 * k + 3));
     if (target) for (let axis = 0; axis < 3; axis++) for (const s of [-1, 1]) {
       const p = [...target.positions.subarray(3 * f, 3 * f + 3)];
       p[axis] += s * targetRadius;

@@ -66,7 +66,7 @@ function compose(L) {
     });
     if (shown("target-path")) composePath(f => target.positions.subarray(3 * f, 3 * f + 3), now.position, palette.c2, 1.8, 2 * targetRadius);
   }
-  if (chaser) composeChaser();
+  blocks.forEach(composeBlock);
   if (shown("bullet-paths"))
     for (const k of run.bullets) composePath(f => knots.subarray(3 * (f * nKnots + k), 3 * (f * nKnots + k) + 3), here(k), palette.muted, 1.2, 0);
 
@@ -87,22 +87,23 @@ function compose(L) {
   for (const k of run.bullets) if (k < nKnots) ball(here(k), palette.bullet, netSize * 0.022, 4, 1.5 * pull);
 }
 
-function chaserAt(k) {
-  const at = f => chaser.subarray(27 * f + 3 * k, 27 * f + 3 * k + 3), a = at(now.frame), b = at(Math.min(now.frame + 1, nFrames - 1));
+function blockAt(block, k) {
+  const at = f => block.places.subarray(27 * f + 3 * k, 27 * f + 3 * k + 3), a = at(now.frame), b = at(Math.min(now.frame + 1, nFrames - 1));
   return [0, 1, 2].map(x => a[x] + (b[x] - a[x]) * (now.fraction || 0));
 }
-function composeChaser() {
+function composeBlock(block) {
   for (let k = 0; k < 8; k++) for (const bit of [1, 2, 4])
-    if (!(k & bit)) line(chaserAt(k), chaserAt(k | bit), palette.edge, 0.8, 1.1, 0, 0);
-  labels.push({ p: chaserAt(7), from: chaserAt(0), text: "chaser", colour: palette.edge.css });
+    if (!(k & bit)) line(blockAt(block, k), blockAt(block, k | bit), palette.edge, 0.8, 1.1, 0, 0);
+  labels.push({ p: blockAt(block, 7), from: blockAt(block, 0), text: block.name, colour: palette.edge.css });
 }
 
 // Over the cables that they run along; the colour passes from slack to the tension limit.
 function composeThreads(here, pull) {
+  const port = blocks.find(block => block.name === closing.port_of), end = port ? blockAt(port, 8) : closing.anchor_m;
   for (const thread of closing.threads) {
     const u = clamp((between(thread.tension_n) || 0) / closing.limit_n, 0, 1);
     const colour = palette.thread.map((x, k) => x + (palette.pulled[k] - x) * u);
-    const at = thread.way.map(knot => knot !== null ? here(knot) : chaser ? chaserAt(8) : closing.anchor_m);
+    const at = thread.way.map(knot => knot !== null ? here(knot) : end);
     for (let i = 1; i < at.length; i++) line(at[i - 1], at[i], colour, 1, 2 + 1.6 * u, pull, 0.6);
   }
 }

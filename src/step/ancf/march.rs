@@ -15,7 +15,6 @@ use crate::solver::Ancf;
 use crate::state::elements::ElementNet;
 use crate::state::{Body, Knots, NetTotals, State};
 use crate::step::stepper::{StepReport, Stepper};
-use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
 
@@ -23,7 +22,6 @@ use crate::world::Census;
 pub struct AncfMarch {
     net: AncfNet,
     elements: Arc<ElementNet>,
-    motion: Option<RigidMotion>,
     touch: Option<Touch>,
     /// Knots that threads may pull in this step, and whether one was in this sub-step.
     reached: Vec<usize>,
@@ -56,12 +54,11 @@ fn refusal(with: &Interactions) -> Option<&'static str> {
 impl AncfMarch {
     /// For the scene of `context`.
     pub fn new(context: &BuildContext<'_>) -> AncfMarch {
-        let BuildContext { net, target, solver, time_step, .. } = *context;
+        let BuildContext { net, solver, time_step, .. } = *context;
         let ancf = solver.ancf.unwrap_or_default();
         AncfMarch {
             net: AncfNet::new(net, &ancf),
             elements: Arc::new(element_net(net, &ancf)),
-            motion: target.map(RigidMotion::of),
             touch: context
                 .contact_settings()
                 .map(|settings| Touch::new(&settings, net, &ancf, solver.restitution > 0.0)),
@@ -98,11 +95,9 @@ impl AncfMarch {
         any
     }
 
-    fn drift(&mut self, body: &mut Option<Body>, step: f64) {
+    fn drift(&mut self, state: &mut State, step: f64) {
         self.net.drift(step);
-        if let (Some(motion), Some(body)) = (&self.motion, body) {
-            motion.drift(body, step);
-        }
+        state.drift_bodies(true, step);
     }
 
     fn totals(&self, state: &State) -> NetTotals {
@@ -131,14 +126,14 @@ impl Stepper for AncfMarch {
         }
         let mut clock = Clock::start();
         self.net.load(&state.knots, &state.inner, &state.forces.on_knots);
-        if let (Some(touch), Some(body)) = (&mut self.touch, &state.target) {
-            touch.begin(&mut self.net, body, self.substep * f64::from(self.n_substeps));
+        if let Some(touch) = &mut self.touch {
+            touch.begin(&mut self.net, state, self.substep * f64::from(self.n_substeps));
         }
         clock.lap(&mut work.stages.contact);
 
         with.constrained_knots(&mut self.reached);
         let mut any = false;
-        self.drift(&mut state.target, 0.5 * self.substep);
+        self.drift(state, 0.5 * self.substep);
         for left in (0..self.n_substeps).rev() {
             if let Some(touch) = &mut self.touch {
                 touch.before_kick(&self.net);
@@ -147,10 +142,10 @@ impl Stepper for AncfMarch {
             if !self.reached.is_empty() {
                 any |= self.constrain(state, with);
             }
-            if let (Some(touch), Some(body)) = (&mut self.touch, &mut state.target) {
-                any |= touch.solve(&mut self.net, body, self.substep);
+            if let Some(touch) = &mut self.touch {
+                any |= touch.solve(&mut self.net, &mut state.bodies, self.substep);
             }
-            self.drift(&mut state.target, if left == 0 { 0.5 } else { 1.0 } * self.substep);
+            self.drift(state, if left == 0 { 0.5 } else { 1.0 } * self.substep);
         }
         self.net.store(&mut state.knots, &mut state.inner);
         self.net.take_tension(&mut state.tension);
@@ -181,7 +176,7 @@ impl Touch {
     fn new(settings: &ContactSettings<'_>, net: &Net, ancf: &Ancf, bounces: bool) -> Touch {
         let points = point_net(net, ancf);
         Touch {
-            manager: ContactManager::new(Some(&ContactSettings { net: &points, ..*settings })),
+            manager: ContactManager::new(Some(&ContactSettings { net: &points, coupled: true, ..*settings })),
             points: TouchPoints::new(net, ancf),
             at: State::default(),
             before: Knots::default(),
@@ -191,10 +186,10 @@ impl Touch {
     }
 
     /// Before a step of `step` seconds: finds what is near anew where it is stale.
-    fn begin(&mut self, net: &mut AncfNet, body: &Body, step: f64) {
+    fn begin(&mut self, net: &mut AncfNet, state: &State, step: f64) {
         self.points.place(net, &mut self.at.knots);
         self.before.clone_from(&self.at.knots);
-        self.at.target = Some(*body);
+        self.at.bodies.clone_from(&state.bodies);
         self.manager.begin(&mut self.at);
         self.manager.update(&self.at, step);
         self.points.watch(net, self.manager.watched());
@@ -207,17 +202,17 @@ impl Touch {
     }
 
     /// Solves the contacts of a sub-step; whether any acted.
-    fn solve(&mut self, net: &mut AncfNet, body: &mut Body, step: f64) -> bool {
+    fn solve(&mut self, net: &mut AncfNet, bodies: &mut [Body], step: f64) -> bool {
         let before: &[Vector3<f64>] = &self.unkicked.velocity;
         let mut touching = PointsInContact { net, points: &mut self.points, before };
-        self.manager.solve(&mut touching, body, step);
+        self.manager.solve(&mut touching, bodies, step);
         self.points.release(net)
     }
 
     /// Writes the contacts of the step.
     fn report(&mut self, net: &AncfNet, state: &mut State) {
         self.points.place(net, &mut self.at.knots);
-        self.at.target = state.target;
+        self.at.bodies.clone_from(&state.bodies);
         self.manager.report(&self.before, &mut self.at, |_, _, _| {});
         state.contacts.clear();
         state.contacts.extend(self.at.contacts.iter().map(|contact| self.points.named(contact)));

@@ -16,7 +16,6 @@ use crate::solver::{Integrator, JOINTS_STEP, Solver};
 use crate::state::State;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::stepper::{Method, StepReport, Stepper};
-use crate::target::motion::RigidMotion;
 use crate::work::{Clock, Work};
 use crate::world::Census;
 use kernel::ExplicitNet;
@@ -86,7 +85,6 @@ impl Method for Explicit {
 /// Cables as an explicit net, at work.
 pub struct MassSpring {
     net: ExplicitNet,
-    motion: Option<RigidMotion>,
     contacts: ContactManager,
     /// Knots that effects may change in this step, and whether one changed their velocity in this sub-step.
     reached: Vec<usize>,
@@ -111,12 +109,11 @@ impl MassSpring {
     }
 
     fn new(context: &BuildContext<'_>, time_step: TimeStep) -> MassSpring {
-        let BuildContext { net, target, solver, .. } = *context;
+        let BuildContext { net, solver, .. } = *context;
         let substep = time_step.step / f64::from(time_step.substeps);
         MassSpring {
             net: ExplicitNet::new(net, solver.integrator, solver.tolerance_m.0),
             parts_in_contact: parts_in_contact(solver.integrator, net, substep),
-            motion: target.map(RigidMotion::of),
             contacts: ContactManager::Absent,
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
@@ -151,8 +148,8 @@ impl MassSpring {
             with.solve_constraints(&mut state.knots, self.substep, &mut self.touched);
         }
         if with.touch() {
-            let State { knots, target, .. } = state;
-            with.solve_contacts(knots, &self.unkicked, target, self.substep, &mut self.touched);
+            let State { knots, bodies, .. } = state;
+            with.solve_contacts(knots, &self.unkicked, bodies, self.substep, &mut self.touched);
         }
         for &knot in &self.reached {
             if std::mem::take(&mut self.touched[knot]) {
@@ -199,13 +196,9 @@ impl Stepper for MassSpring {
             if !self.reached.is_empty() {
                 self.interact(state, with);
             }
-            if let Some(body) = &mut state.target {
-                let mut net = Kicked { net: &mut self.net, before: &self.unkicked };
-                self.contacts.solve(&mut net, body, self.substep);
-                if let Some(motion) = &self.motion {
-                    motion.drift(body, self.substep);
-                }
-            }
+            let mut net = Kicked { net: &mut self.net, before: &self.unkicked };
+            self.contacts.solve(&mut net, &mut state.bodies, self.substep);
+            state.drift_bodies(true, self.substep);
             self.net.drift(self.substep);
         }
         if in_time {

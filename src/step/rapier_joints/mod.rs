@@ -10,14 +10,13 @@ use crate::interaction::Interactions;
 use crate::limits::Limit;
 use crate::options::{BuildContext, TimeStep};
 use crate::solver::{ContactModel, Flight, JOINTS_STEP, Solver};
-use crate::state::{Body, Knots, State};
+use crate::state::{Body, Knots, State, TARGET};
 use crate::step::adaptive::AdaptiveSubstep;
 use crate::step::iterations::SolverIterations;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::MassSpring;
 use crate::step::mass_spring::stability::{RESOLVES, SAFE, stable_step};
 use crate::step::stepper::{Method, StepReport, Stepper};
-use crate::target::{Motion, Target};
 use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
 use cables::CableJoints;
@@ -89,7 +88,6 @@ pub struct RapierJoints {
     /// The explicit net that flies until the boxes meet.
     flight: Option<MassSpring>,
     inverse_mass: Vec<f64>,
-    target: Option<Target>,
     launch_energy: f64,
     /// Where the engine's contacts need parts that are short enough.
     near: Option<NearTarget>,
@@ -115,6 +113,8 @@ pub struct RapierJoints {
     /// Knots whose velocity an effect changed, and the velocities before [m/s].
     touched: Vec<bool>,
     untouched: Vec<Vector3<f64>>,
+    /// The bodies before contacts of effects; kept for its memory.
+    unpushed: Vec<Body>,
     step: f64,
 }
 
@@ -143,7 +143,6 @@ impl RapierJoints {
             contacts: ContactManager::new(context.contact_settings().as_ref()),
             flight: (solver.flight == Flight::Explicit).then(|| MassSpring::flight(context)),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
-            target: target.cloned(),
             near: target.filter(|_| by_engine).map(|target| NearTarget {
                 around: target.bounding_radius + world.look_ahead(),
                 way: world.look_ahead().min(0.5 * target.thinnest),
@@ -161,23 +160,9 @@ impl RapierJoints {
             answered_before: Vec::new(),
             touched: vec![false; net.n_knots()],
             untouched: Vec::new(),
+            unpushed: Vec::new(),
             step: time_step.step,
             world,
-        }
-    }
-
-    /// Whether there is a target that is fixed or driven.
-    fn target_is_held(&self) -> bool {
-        self.target.as_ref().is_some_and(|target| target.motion != Motion::Free)
-    }
-
-    /// Kinetic energy of a free target [J].
-    fn energy_of(&self, target: &Option<Body>) -> f64 {
-        match (&self.target, target) {
-            (Some(target), Some(body)) if target.motion == Motion::Free => {
-                body.kinetic_energy(target.mass, &target.inertia)
-            }
-            _ => 0.0,
         }
     }
 
@@ -188,14 +173,13 @@ impl RapierJoints {
     /// kick, what a contact pushes out and cables press back would count as lost, and hide what they make. A small
     /// net whose cables touch a box gained so 0.19 of its launch energy.
     fn energy_error(&self, start: f64, before: &State, state: &State) -> f64 {
-        let mut gain = self.cables.energy(&state.knots) + self.energy_of(&state.target) - start;
+        let mut gain = self.cables.energy(&state.knots) + state.energy_of_bodies(true) - start;
         gain -= self.work_of_effects + self.given_to_target;
         let ends = before.knots.velocity.iter().zip(&state.knots.velocity);
         gain -= self.given.iter().zip(ends).map(|(given, (v, w))| 0.5 * given.dot(&(v + w))).sum::<f64>();
-        let is_held = self.target_is_held();
         for contact in state.contacts.iter().filter(|contact| contact.along.is_none()) {
             gain += contact.friction_loss;
-            if is_held {
+            if !state.body_models[contact.body].is_free() {
                 // The work of the moving surface comes from what drives it.
                 gain -= contact.work_on_knot + contact.loss + contact.friction_loss;
             }
@@ -207,7 +191,7 @@ impl RapierJoints {
     /// through no more than half of a thin part. What the speed of the shot asks for is in the step already: this
     /// is for what falls, is pulled or thrown.
     fn parts_of_motion(&self, state: &State) -> u32 {
-        let (Some(near), Some(body)) = (&self.near, &state.target) else { return 1 };
+        let (Some(near), Some(body)) = (&self.near, state.target()) else { return 1 };
         let mut farthest = 0.0;
         for (position, velocity) in state.knots.position.iter().zip(&state.knots.velocity) {
             let way = self.step * (velocity - body.velocity_at(*position)).norm();
@@ -246,7 +230,7 @@ impl RapierJoints {
             let put_in = self.in_parts(before, state, with, work, clock)?;
             let energy_now = self.cables.energy(&state.knots);
             let by_cables = energy_now - put_in - energy;
-            let rise = self.rise(energy_now - energy, &state.target, with);
+            let rise = self.rise(energy_now - energy, state, with);
             // In this order what is not a number stays so.
             let gain = if rise > by_cables { rise } else { by_cables };
             let violated = may_cut && with.violated(&state.knots, self.substep.may_create());
@@ -267,12 +251,12 @@ impl RapierJoints {
     ///
     /// What such a contact takes from light knots and cables give them back at once is no gain of the cables, so what
     /// both make is looked for in their sum.
-    fn rise(&self, of_net: f64, target: &Option<Body>, with: &mut Interactions) -> f64 {
-        if self.target_is_held() || !with.touch() {
+    fn rise(&self, of_net: f64, state: &State, with: &mut Interactions) -> f64 {
+        if !with.touch() || state.each_body().any(|(model, _)| model.has_shape() && !model.is_free()) {
             return f64::NEG_INFINITY;
         }
-        let of_target = self.energy_of(target) - self.energy_of(&self.starts[0].target);
-        of_net + of_target - self.work_of_effects
+        let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
+        of_net + of_bodies - self.work_of_effects
     }
 
     /// The step in as many parts as are asked for; the work of contacts and effects on the net within it [J].
@@ -303,12 +287,12 @@ impl RapierJoints {
             }
             put_in += self.act(state, step, with);
             // What the engine's contacts do to the target begins after what effects did to it.
-            let is_pushed = part == 0 && state.target != before.target;
+            let is_pushed = part == 0 && state.bodies != before.bodies;
             if is_pushed {
                 self.starts[1].clone_from(before);
             }
             if part > 0 || is_pushed {
-                self.starts[1].target = state.target;
+                self.starts[1].bodies.clone_from(&state.bodies);
             }
             failure::check(state, "cables")?;
             clock.lap(&mut work.stages.cables);
@@ -383,8 +367,10 @@ impl RapierJoints {
     /// the net [J].
     fn touch(&mut self, state: &mut State, step: f64, with: &mut Interactions) -> f64 {
         self.untouched.clone_from(&state.knots.velocity);
-        let target = state.target;
-        with.solve_contacts(&mut state.knots, &self.answered, &mut state.target, step, &mut self.touched);
+        self.unpushed.clone_from(&state.bodies);
+        let energy = state.energy_of_bodies(true);
+        let State { knots, bodies, .. } = state;
+        with.solve_contacts(knots, &self.answered, bodies, step, &mut self.touched);
         if with.bounce() {
             self.answered.clone_from(&state.knots.velocity);
         }
@@ -398,9 +384,9 @@ impl RapierJoints {
                 self.world.set_velocity(knot, new);
             }
         }
-        if let Some(body) = state.target.as_ref().filter(|_| state.target != target) {
+        if let Some(body) = state.target().filter(|_| state.bodies != self.unpushed) {
             self.world.set_target(body);
-            self.given_to_target += self.energy_of(&state.target) - self.energy_of(&target);
+            self.given_to_target += state.energy_of_bodies(true) - energy;
         }
         work
     }
@@ -421,7 +407,7 @@ impl RapierJoints {
     /// Contacts solved after the engine has moved net and target without them: the impulse acts at the
     /// start of the step, where the planes are, so it changes velocity by Δv and position by Δv h.
     fn solve_contacts(&mut self, before: &State, state: &mut State) {
-        let (Some(start), Some(end)) = (&before.target, &mut state.target) else { return };
+        let (Some(start), Some(end)) = (before.target(), state.bodies.get_mut(TARGET)) else { return };
         let (step, world) = (self.step, &mut self.world);
         // The pose of the start with the velocities of the end.
         let mut body = Body { velocity: end.velocity, rate: end.rate, ..*start };
@@ -432,7 +418,7 @@ impl RapierJoints {
             step,
             touched: Vec::new(),
         };
-        self.contacts.solve(&mut knots, &mut body, step);
+        self.contacts.solve(&mut knots, std::slice::from_mut(&mut body), step);
         for knot in knots.touched {
             world.set_velocity(knot, &state.knots.velocity[knot]);
             world.set_position(knot, &state.knots.position[knot]);
@@ -468,7 +454,7 @@ impl Stepper for RapierJoints {
         with: &mut Interactions,
         work: &mut Work,
     ) -> Result<StepReport, Failure> {
-        let start = self.cables.energy(&state.knots) + self.energy_of(&state.target);
+        let start = self.cables.energy(&state.knots) + state.energy_of_bodies(true);
         if with.act_within() {
             self.given.resize(self.inverse_mass.len(), Vector3::zeros());
             self.pulled.resize(self.inverse_mass.len(), Vector3::zeros());

@@ -185,18 +185,18 @@ impl Gauge {
             let length = (state.knots.position[cable.b] - state.knots.position[cable.a]).norm();
             self.strain = self.strain.max(length / cable.rest_length - 1.0);
         }
-        if let (Some(target), Some(now), Some(then)) = (case.target(), &state.target, &self.last.target) {
+        if let (Some(target), Some(now), Some(then)) = (case.target(), state.target(), self.last.target()) {
             let (now, then) = (*now, *then);
             self.probe(case, target, state, [&then, &now]);
         }
         self.last.knots.clone_from(&state.knots);
-        self.last.target = state.target;
+        self.last.bodies.clone_from(&state.bodies);
     }
 
     fn conserve(&mut self, case: &Case, simulation: &Simulation) {
         let (audit, state) = (&simulation.audit, &simulation.state);
         let moving: f64 = case.net().mass.iter().zip(&state.knots.velocity).map(|(m, v)| m * v.norm()).sum();
-        let target = case.target().zip(state.target.as_ref());
+        let target = case.target().zip(state.target());
         let of_target = target.map_or(0.0, |(target, body)| target.mass * body.velocity.norm());
         self.motion = self.motion.max(moving + of_target);
         let momentum = audit.momentum(state) - self.start_momentum - audit.outside_impulse;
@@ -260,12 +260,12 @@ fn scene_size(case: &Case, state: &State) -> (Vector3<f64>, f64) {
     let mut mass = case.net().total_mass();
     let knots = case.net().mass.iter().zip(&state.knots.position);
     let mut moment: Vector3<f64> = knots.map(|(m, x)| *m * x).sum();
-    if let (Some(target), Some(body)) = (case.target(), &state.target) {
+    if let (Some(target), Some(body)) = (case.target(), state.target()) {
         mass += target.mass;
         moment += target.mass * body.position;
     }
     let centre = moment / mass;
-    let points = state.knots.position.iter().chain(state.target.as_ref().map(|body| &body.position));
+    let points = state.knots.position.iter().chain(state.target().map(|body| &body.position));
     let farthest = points.map(|point| (point - centre).norm()).fold(0.0, f64::max);
     // A folded net opens.
     (centre, farthest.max(0.5 * case.net().designed_area.sqrt()))
