@@ -395,6 +395,15 @@ impl Interactions {
         }
     }
 
+    /// Looks at what forces store at the start of a step, before anything moves.
+    pub fn begin_step(&mut self, state: &State) {
+        for i in 0..self.forces.len() {
+            let index = self.forces[i].index;
+            self.forces[i].stored =
+                self.timed(index, |effect| effect.forces().map_or(0.0, |force| force.energy(state)));
+        }
+    }
+
     /// Whether any applies forces.
     pub fn push(&self) -> bool {
         !self.forces.is_empty()
@@ -409,10 +418,10 @@ impl Interactions {
             let index = self.forces[i].index;
             let mut own = std::mem::take(&mut self.forces[i].forces);
             own.clear(state);
-            self.forces[i].stored = self.timed(index, |effect| {
-                let Some(element) = effect.forces() else { return 0.0 };
-                element.add_forces(state, &mut own);
-                element.energy(state)
+            self.timed(index, |effect| {
+                if let Some(element) = effect.forces() {
+                    element.add_forces(state, &mut own);
+                }
             });
             for (sum, force) in all.on_knots.iter_mut().zip(&own.on_knots) {
                 *sum += force;

@@ -65,6 +65,7 @@ impl Simulation {
     /// # Errors
     /// A state that is not a number.
     pub fn step(&mut self) -> Result<(), Failure> {
+        self.effects.begin_step(&self.state);
         // Fields kick first: the rest of the step is then as if there were none.
         self.half_kick(Half::First);
         // What nothing touches moves on before all that pulls at it looks where it is.

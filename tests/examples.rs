@@ -87,7 +87,7 @@ fn a_body_from_outside_is_moved_counted_and_recorded_under_every_pair() {
 fn a_body_from_outside_is_towed_by_a_knot_and_feels_fields() {
     for (.., pair) in PAIRS {
         let cabin = r#"effects.cabin={"gravity_m_s2":[0.0,0.3,-0.2],"rate_rad_s":[0.1,0.0,0.2]}"#;
-        let case = own_body::case(pair, &["duration_s=0.2", cabin]).unwrap();
+        let case = own_body::case(pair, &["duration_s=0.3", cabin]).unwrap();
         let bullet = case.net().bullets[0];
         let brought = || {
             let spring = Spring { tow: Tow::Knot(bullet), stiffness: 5.0, rest_length: 0.2 };
@@ -97,7 +97,8 @@ fn a_body_from_outside_is_towed_by_a_knot_and_feels_fields() {
         let frames = &run.frames;
         let drogue = &frames.body(DROGUE).unwrap().frames;
         let towed = drogue.last().unwrap().velocity;
-        assert!(towed.x > 1e-3 && towed.y > 0.05 && towed.z < -0.03, "{pair}: {towed}");
+        // Along X by the bullet alone; measured 0.17, 0.05 and -0.08 m/s.
+        assert!(towed.x > 0.05 && towed.y > 0.02 && towed.z < -0.03, "{pair}: {towed}");
         let change = frames.momentum.last().unwrap() - frames.momentum[0] - run.outside_impulse;
         below(&format!("{pair}: momentum"), change.norm() / run.outside_impulse.norm(), 1e-9);
         let change = frames.angular_momentum.last().unwrap()

@@ -99,7 +99,7 @@ function composeBlock(block) {
 
 // Over the cables that they run along; the colour passes from slack to the tension limit.
 function composeThreads(here, pull) {
-  const port = blocks.find(block => block.name === closing.port_of), end = port ? blockAt(port, 8) : closing.anchor_m;
+  const port = blocks.find(block => block.name === (closing.port_of || "chaser")), end = port ? blockAt(port, 8) : closing.anchor_m;
   for (const thread of closing.threads) {
     const u = clamp((between(thread.tension_n) || 0) / closing.limit_n, 0, 1);
     const colour = palette.thread.map((x, k) => x + (palette.pulled[k] - x) * u);

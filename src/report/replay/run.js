@@ -19,8 +19,8 @@ const knots = floats(run.knots);
 const target = run.target && {
   positions: floats(run.target.positions), attitudes: floats(run.target.attitudes), parts: run.target.parts.map(prepare),
 };
-// Bodies without a shape; a frame: corners of a box, and where a tether leaves it.
-const blocks = run.blocks.map(block => ({ name: block.name, places: floats(block.places) }));
+// Bodies without a shape; a frame: corners of a box, and where a tether leaves it. Older pages have a chaser alone.
+const blocks = (run.blocks || (run.chaser ? [{ name: "chaser", places: run.chaser }] : [])).map(block => ({ name: block.name, places: floats(block.places) }));
 const tStart = nFrames ? times[0] : 0, tEnd = nFrames ? times[nFrames - 1] : 0, duration = tEnd - tStart;
 const spacing = nFrames > 1 ? duration / (nFrames - 1) : 0.01;
 const timeDigits = clamp(Math.ceil(-Math.log10(spacing) - 1e-9), 1, 4);
