@@ -133,9 +133,9 @@ impl MassSpring {
             self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
         }
         self.net.kick(0.5 * self.substep);
-        if let (true, Some(body)) = (self.contacts.are_impulses(), &mut state.target) {
+        if self.contacts.are_impulses() {
             let mut net = Kicked { net: &mut self.net, before: &self.unkicked };
-            self.contacts.solve(&mut net, body, self.substep);
+            self.contacts.solve(&mut net, &mut state.bodies, self.substep);
         }
     }
 
