@@ -34,13 +34,15 @@ pub struct Lookahead {
     impulse: Vec<f64>,
     step: f64,
     /// The knots' contacts of the last part of the last step.
-    held: Vec<Held>,
+    held: Vec<HeldKnot>,
     /// Cables that have a row; kept for its memory.
     taut: Vec<usize>,
+    /// Velocities that are tried with the rows [m/s]; kept for their memory.
+    pub trial: Vec<Vector3<f64>>,
 }
 
 /// A contact of a knot that the engine solves, in the body frame.
-struct Held {
+struct HeldKnot {
     knot: usize,
     part: usize,
     normal: Vector3<f64>,
@@ -59,6 +61,7 @@ impl Lookahead {
             cables: Arc::clone(&net.cables),
             held: Vec::new(),
             taut: Vec::new(),
+            trial: Vec::new(),
         }
     }
 
@@ -69,7 +72,7 @@ impl Lookahead {
         self.held.clear();
         let in_body = |v: &Vector3<f64>| body.attitude.inverse_transform_vector(v);
         let pressed = contacts.iter().filter(|contact| contact.along.is_none() && contact.impulse > 0.0);
-        self.held.extend(pressed.rev().map(|contact| Held {
+        self.held.extend(pressed.rev().map(|contact| HeldKnot {
             knot: contact.knot,
             part: contact.part,
             normal: in_body(&contact.normal),
@@ -162,6 +165,7 @@ mod tests {
             step: 1e-3,
             held: Vec::new(),
             taut: Vec::new(),
+            trial: Vec::new(),
         };
         let record =
             |knot, part, impulse| Contact { knot, part, impulse, normal: Vector3::x(), ..Contact::default() };

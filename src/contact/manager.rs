@@ -59,9 +59,7 @@ impl ContactSettings<'_> {
         let coupled = self.coupled;
         let normal = match self.solver.contact {
             ContactModel::Rapier => return None,
-            ContactModel::Impulse if coupled => {
-                NormalSolver::GaussSeidel { lookahead: None, trial: Vec::new() }
-            }
+            ContactModel::Impulse if coupled => NormalSolver::GaussSeidel { lookahead: None },
             ContactModel::Impulse => NormalSolver::Woodbury(Woodbury::default()),
             ContactModel::Penalty => NormalSolver::Penalty {
                 force: PenaltyForce::new(self.net, &self.solver.penalty),
@@ -87,7 +85,7 @@ impl ContactSettings<'_> {
             let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
             NormalSolver::Penalty { force, deepest: Some(deepest) }
         } else {
-            NormalSolver::GaussSeidel { lookahead: in_turn.then(|| Lookahead::new(net)), trial: Vec::new() }
+            NormalSolver::GaussSeidel { lookahead: in_turn.then(|| Lookahead::new(net)) }
         };
         SurfaceContacts::new(
             Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),

@@ -32,8 +32,6 @@ pub enum NormalSolver {
     GaussSeidel {
         /// The engine's rows, where it moves the cables after ours have acted.
         lookahead: Option<Lookahead>,
-        /// Velocities that are tried with them [m/s]; kept for their memory.
-        trial: Vec<Vector3<f64>>,
     },
     /// A force that grows with the overlap.
     Penalty {
@@ -83,12 +81,13 @@ impl ContactSolver {
                 apply_normal(rows, net, body, target);
                 self.rub_in_turn(rows, net, body, target);
             }
-            NormalSolver::GaussSeidel { lookahead: None, .. } => {
+            NormalSolver::GaussSeidel { lookahead: None } => {
                 gauss_seidel::solve(rows, None, net, body, target, IterationLimits::WHOLE);
                 self.rub_in_turn(rows, net, body, target);
             }
-            NormalSolver::GaussSeidel { lookahead: Some(lookahead), trial } => {
-                solve_ahead(lookahead, trial, rows, self.friction.as_ref(), net, body, target, step);
+            NormalSolver::GaussSeidel { lookahead: Some(lookahead) } => {
+                let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });
+                solve_ahead(lookahead, rows, rubbing, net, body, target, step);
                 for row in rows.iter() {
                     row.apply(&row.whole_impulse(), net, body, target);
                 }
@@ -137,21 +136,21 @@ fn apply_normal(rows: &[ContactRow], net: &mut impl NetMotion, body: &mut Body, 
 /// Solves `rows` together with those that the engine will have, and leaves the velocities as they are.
 fn solve_ahead(
     lookahead: &mut Lookahead,
-    trial: &mut Vec<Vector3<f64>>,
     rows: &mut Vec<ContactRow>,
-    law: Option<&Law>,
+    rubbing: Option<Rubbing<'_>>,
     net: &impl NetMotion,
     body: &Body,
     target: &InverseInertia,
     step: f64,
 ) {
     let own = rows.len();
-    let rubbing = law.map(|law| Rubbing { law, n_rows: own });
     lookahead.add_rows(net, body, step, rows);
+    let mut trial = std::mem::take(&mut lookahead.trial);
     trial.clear();
     trial.extend((0..lookahead.n_knots).map(|knot| net.velocity(knot)));
-    let (mut tried, mut body) = (Tried { net, velocity: trial }, *body);
+    let (mut tried, mut body) = (Tried { net, velocity: &mut trial }, *body);
     gauss_seidel::solve(rows, rubbing, &mut tried, &mut body, target, IterationLimits::AHEAD);
+    lookahead.trial = trial;
     lookahead.remember(&rows[own..]);
     rows.truncate(own);
 }

@@ -180,7 +180,7 @@ impl StrandContacts {
         }
         let push_out = PushOut::Time(PUSH_OUT);
         let parting = Parting { restitution, push_out, in_turn: lookahead.is_some() };
-        let normal = NormalSolver::GaussSeidel { lookahead, trial: Vec::new() };
+        let normal = NormalSolver::GaussSeidel { lookahead };
         StrandContacts {
             strands,
             solver: ContactSolver { normal, friction: None, coupled: true },
