@@ -246,21 +246,29 @@ impl EnergyAudit {
     fn measure(&mut self, state: &State, lag: f64) {
         self.measure_motion(state);
         let Knots { position, velocity } = &state.knots;
-        self.strained = (0.0, 0);
-        self.ledger.elastic = 0.0;
+        let (mut elastic, mut strained) = (0.0, (0.0, 0));
         for cable in self.cables.iter() {
             let across = position[cable.b] - position[cable.a];
-            let length = across.norm();
-            let was = || (across - lag * (velocity[cable.b] - velocity[cable.a])).norm();
-            self.ledger.elastic += cable.energy(if lag > 0.0 { was() } else { length });
-            let strain = length / cable.rest_length - 1.0;
-            if strain > self.strained.0 {
-                self.strained = (strain, cable.a);
+            let squared = across.norm_squared();
+            let was = if lag > 0.0 {
+                (across - lag * (velocity[cable.b] - velocity[cable.a])).norm_squared()
+            } else {
+                squared
+            };
+            // Slack, as most are, it holds nothing and is not strained: no roots.
+            let slack = cable.rest_length * cable.rest_length;
+            if was > slack {
+                elastic += cable.energy(was.sqrt());
+            }
+            if squared > slack {
+                let strain = squared.sqrt() / cable.rest_length - 1.0;
+                if strain > strained.0 {
+                    strained = (strain, cable.a);
+                }
             }
         }
-        if let Some(totals) = state.totals {
-            self.ledger.elastic = totals.elastic;
-        }
+        self.strained = strained;
+        self.ledger.elastic = state.totals.map_or(elastic, |totals| totals.elastic);
     }
 
     /// Measures kinetic energies.

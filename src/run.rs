@@ -361,17 +361,21 @@ impl Recorder {
             if contact.impulse > 0.0 {
                 self.extremes.first_contact.get_or_insert(state.time);
             }
-            for (knot, share) in contact.bearers() {
-                self.contact_impulses[knot] += share * contact.impulse_on_knot();
-            }
             self.extremes.penetration = self.extremes.penetration.max(-contact.gap);
+            let impulse = contact.impulse_on_knot();
+            if impulse != Vector3::zeros() {
+                for (knot, share) in contact.bearers() {
+                    self.contact_impulses[knot] += share * impulse;
+                }
+            }
         }
         let hardest = self.hits.hear(&state.contacts, state.time, self.step);
         self.impulse = self.impulse.max(hardest.impulse);
         self.extremes.force = self.extremes.force.max(hardest.force);
         for (index, (cable, &tension)) in case.net().cables.iter().zip(&state.tension).enumerate() {
-            if tension > 0.0 {
-                self.tensions[index] = self.tensions[index].max(tension);
+            // One that was larger since the last frame has told all of it.
+            if tension > self.tensions[index] {
+                self.tensions[index] = tension;
                 self.tension = self.tension.max(tension);
                 let extremes = &mut self.extremes;
                 extremes.strain = extremes.strain.max(tension / (cable.stiffness * cable.rest_length));

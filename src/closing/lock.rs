@@ -56,11 +56,10 @@ impl Lock {
     }
 
     /// Pulls every latch; returns whether it changed any velocity.
-    pub fn pull(&mut self, knots: &mut Knots, inverse_mass: &[f64], step: f64) -> bool {
+    pub fn pull(&mut self, knots: &mut Knots, step: f64) -> bool {
         let mut changed = false;
         for (latch, length) in &mut self.latches {
-            changed |=
-                latch.pull(knots, inverse_mass, step, &LengthCommand::hold(*length), &ThreadSweeps::WHOLE);
+            changed |= latch.pull(knots, step, &LengthCommand::hold(*length), &ThreadSweeps::WHOLE);
         }
         changed
     }
@@ -94,7 +93,7 @@ mod tests {
     fn run(lock: &mut Lock, knots: &mut Knots, inverse_mass: &[f64], steps: usize) {
         for _ in 0..steps {
             lock.begin(knots, inverse_mass);
-            lock.pull(knots, inverse_mass, STEP);
+            lock.pull(knots, STEP);
             for (x, v) in knots.position.iter_mut().zip(&knots.velocity) {
                 *x += STEP * v;
             }

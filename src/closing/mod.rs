@@ -205,14 +205,13 @@ impl Mechanism {
 
     /// Threads and latches pull in turn, until none changes what the others left.
     fn sweep(&mut self, knots: &mut Knots, step: f64) {
-        let inverse_mass = &self.inverse_mass;
         for _ in 0..self.effort.sweeps {
             let mut changed = false;
             for Line { thread, winch, .. } in &mut self.lines {
-                changed |= thread.pull(knots, inverse_mass, step, &winch.command(step), &self.effort);
+                changed |= thread.pull(knots, step, &winch.command(step), &self.effort);
             }
             if let Some(lock) = &mut self.lock {
-                changed |= lock.pull(knots, inverse_mass, step);
+                changed |= lock.pull(knots, step);
             }
             if !changed {
                 break;

@@ -150,23 +150,29 @@ pub struct Thread {
     floor: f64,
     /// The knots it passes, each once: a loop comes back to its first.
     distinct: Vec<usize>,
-    /// For every node its place among the distinct knots.
-    slots: Vec<Option<usize>>,
+    /// For every node its place among the distinct knots; the anchor's is behind them.
+    slots: Vec<usize>,
 
     /// What the rest of the world does to segments, where somebody asks; to be kept, and given back when a step is done
     /// again.
     pub foresight: Foresight,
 
-    // Written by `begin`.
+    // Written by `begin`; in the order of slots, so that passes run through memory one after another.
     segments: Vec<Segment>,
-    /// Gradient of each distinct knot.
+    /// Where they are [m], and one over their masses [1/kg]: the anchor's is 0.
+    position: Vec<Vector3<f64>>,
+    inverse_masses: Vec<f64>,
+    /// Gradient of each.
     gradient: Vec<Vector3<f64>>,
-    /// Pull per tension of each distinct knot.
+    /// Pull per tension of each.
     pulls: Vec<Vector3<f64>>,
+    /// w of all [1/kg].
     inverse_mass: f64,
     length_at_start: f64,
 
     // Written by `pull`.
+    /// Their velocities, in the order of slots [m/s].
+    velocity: Vec<Vector3<f64>>,
     impulse: f64,
     /// Length at the end of the step, as far as this thread decides it [m].
     length_at_end: f64,
@@ -206,27 +212,32 @@ impl Thread {
     /// A thread through `nodes`, wound at `ends`, with capstan friction coefficient `friction` [-].
     pub fn new(nodes: Vec<Node>, ends: Ends, friction: f64) -> Thread {
         let mut distinct = Vec::new();
-        let slots = nodes
-            .iter()
-            .map(|node| match node {
-                Node::Knot(knot) => Some(distinct.iter().position(|k| k == knot).unwrap_or_else(|| {
-                    distinct.push(*knot);
-                    distinct.len() - 1
-                })),
-                Node::Anchor => None,
-            })
-            .collect();
+        for node in &nodes {
+            if let Node::Knot(knot) = node
+                && !distinct.contains(knot)
+            {
+                distinct.push(*knot);
+            }
+        }
+        let slot = |node: &Node| match node {
+            Node::Knot(knot) => distinct.iter().position(|k| k == knot).unwrap_or(distinct.len()),
+            Node::Anchor => distinct.len(),
+        };
+        let zeros = vec![Vector3::zeros(); distinct.len() + 1];
         Thread {
             segments: vec![Segment::default(); nodes.len().saturating_sub(1)],
+            slots: nodes.iter().map(slot).collect(),
             foresight: Foresight::default(),
             nodes,
             anchor: Vector3::zeros(),
             ends,
             friction,
             floor: 0.0,
-            slots,
-            gradient: vec![Vector3::zeros(); distinct.len()],
-            pulls: vec![Vector3::zeros(); distinct.len()],
+            inverse_masses: vec![0.0; zeros.len()],
+            position: zeros.clone(),
+            velocity: zeros.clone(),
+            gradient: zeros.clone(),
+            pulls: zeros,
             distinct,
             inverse_mass: 0.0,
             length_at_start: 0.0,
@@ -294,9 +305,15 @@ impl Thread {
     pub fn begin(&mut self, knots: &Knots, inverse_mass: &[f64]) {
         self.impulse = 0.0;
         self.length_at_start = 0.0;
-        let mut from = self.position(0, knots);
-        for (segment, &node) in self.segments.iter_mut().zip(&self.nodes[1..]) {
-            let to = node.place(knots, &self.anchor);
+        let anchor = self.distinct.len();
+        for (slot, &knot) in self.distinct.iter().enumerate() {
+            self.position[slot] = knots.position[knot];
+            self.inverse_masses[slot] = inverse_mass[knot];
+        }
+        self.position[anchor] = self.anchor;
+        let mut from = self.position[self.slots[0]];
+        for (segment, &slot) in self.segments.iter_mut().zip(&self.slots[1..]) {
+            let to = self.position[slot];
             let across = to - from;
             let length = across.norm();
             let along = if length > 0.0 { across / length } else { Vector3::zeros() };
@@ -308,7 +325,7 @@ impl Thread {
         if self.friction > 0.0 {
             self.share_tension();
         }
-        self.inverse_mass = self.weigh(inverse_mass);
+        self.inverse_mass = self.weigh();
     }
 
     /// Begins a step of `step` seconds after which others change the velocities again, and hears what they did last.
@@ -356,46 +373,40 @@ impl Thread {
 
     /// w = Σ gⱼ · fⱼ / mⱼ, with the gradient g and the pull per tension f of each knot; without friction they are the
     /// same.
-    fn weigh(&mut self, inverse_mass: &[f64]) -> f64 {
+    fn weigh(&mut self) -> f64 {
         self.gradient.fill(Vector3::zeros());
         sum_up(&mut self.gradient, &self.segments, &self.slots, |segment| segment.along);
-        let gradients = self.distinct.iter().zip(&self.gradient);
+        let gradients = self.inverse_masses.iter().zip(&self.gradient).take(self.distinct.len());
         if self.friction == 0.0 {
-            return gradients.map(|(&knot, gradient)| inverse_mass[knot] * gradient.dot(gradient)).sum();
+            return gradients.map(|(inverse_mass, gradient)| inverse_mass * gradient.dot(gradient)).sum();
         }
         self.pulls.fill(Vector3::zeros());
         sum_up(&mut self.pulls, &self.segments, &self.slots, |segment| segment.share * segment.along);
-        gradients
-            .zip(&self.pulls)
-            .map(|((&knot, gradient), pull)| inverse_mass[knot] * gradient.dot(pull))
-            .sum()
+        let pulled = gradients.zip(&self.pulls);
+        pulled.map(|((inverse_mass, gradient), pull)| inverse_mass * gradient.dot(pull)).sum()
     }
 
     /// Pulls as `ask` says; may be called again within a step, after other threads have pulled.
     ///
     /// Returns whether it changed any velocity.
-    pub fn pull(
-        &mut self,
-        knots: &mut Knots,
-        inverse_mass: &[f64],
-        step: f64,
-        ask: &LengthCommand,
-        effort: &ThreadSweeps,
-    ) -> bool {
+    pub fn pull(&mut self, knots: &mut Knots, step: f64, ask: &LengthCommand, effort: &ThreadSweeps) -> bool {
         let mut changed = false;
         if self.inverse_mass <= 0.0 {
             return false; // all its knots are in one place
         }
+        for (velocity, &knot) in self.velocity.iter_mut().zip(&self.distinct) {
+            *velocity = knots.velocity[knot];
+        }
         let mut settled = false;
         for _ in 0..effort.passes {
-            let length = self.length_after(knots, step);
+            let length = self.length_ahead(step);
             let impulse = ask.solve(length, self.impulse, self.inverse_mass, step);
             let tolerance = effort.tolerance * impulse;
             self.length_at_end = length;
             if settled && (impulse - self.impulse).abs() <= tolerance {
                 break;
             }
-            let change = self.apply(knots, inverse_mass, step, impulse);
+            let change = self.apply(step, impulse);
             // Exact but for the curvature, and for what short segments do.
             self.length_at_end -= step * self.inverse_mass * (impulse - self.impulse);
             self.impulse = impulse;
@@ -405,20 +416,19 @@ impl Thread {
                 break;
             }
         }
+        for (velocity, &knot) in self.velocity.iter().zip(&self.distinct) {
+            knots.velocity[knot] = *velocity;
+        }
         changed
     }
 
     /// Gives every segment its part of the pull `impulse`; the largest change of any.
-    fn apply(&mut self, knots: &mut Knots, inverse_mass: &[f64], step: f64, impulse: f64) -> f64 {
+    fn apply(&mut self, step: f64, impulse: f64) -> f64 {
         let mut largest = 0.0_f64;
         self.all_long = true;
-        let inverse = |node: Node| match node {
-            Node::Knot(knot) => inverse_mass[knot],
-            Node::Anchor => 0.0,
-        };
-        for (segment, nodes) in self.segments.iter_mut().zip(self.nodes.windows(2)) {
-            let [a, b] = [nodes[0], nodes[1]];
-            let (inverse_a, inverse_b) = (inverse(a), inverse(b));
+        for (segment, slots) in self.segments.iter_mut().zip(self.slots.windows(2)) {
+            let [a, b] = [slots[0], slots[1]];
+            let (inverse_a, inverse_b) = (self.inverse_masses[a], self.inverse_masses[b]);
             let pair = inverse_a + inverse_b;
             let most = segment.share * impulse;
             // Two free knots under this pull would come nearer by so much in the step.
@@ -428,7 +438,7 @@ impl Thread {
                 most * segment.along
             } else {
                 self.all_long = false;
-                let parting = b.velocity(knots) - a.velocity(knots) + segment.parted * segment.along;
+                let parting = self.velocity[b] - self.velocity[a] + segment.parted * segment.along;
                 let floor = self.floor.min(segment.length);
                 if nearer <= self.floor {
                     // No nearer than the floor at the end of the step, measured along the segment.
@@ -445,16 +455,25 @@ impl Thread {
             let change = pull - segment.pull;
             if change != Vector3::zeros() {
                 largest = largest.max(change.norm_squared());
-                if let Node::Knot(knot) = a {
-                    knots.velocity[knot] += inverse_a * change;
-                }
-                if let Node::Knot(knot) = b {
-                    knots.velocity[knot] -= inverse_b * change;
-                }
+                self.velocity[a] += inverse_a * change;
+                self.velocity[b] -= inverse_b * change;
                 segment.pull = pull;
             }
         }
         largest.sqrt()
+    }
+
+    /// Its length after `step` seconds at the velocities that it has pulled its knots to [m].
+    fn length_ahead(&self, step: f64) -> f64 {
+        let at = |slot: usize| self.position[slot] + step * self.velocity[slot];
+        let mut from = at(self.slots[0]);
+        let mut length = 0.0;
+        for &slot in &self.slots[1..] {
+            let to = at(slot);
+            length += (to - from).norm();
+            from = to;
+        }
+        length
     }
 
     /// S(x + h v): its length after `step` seconds if nothing changes the velocities [m].
@@ -498,21 +517,17 @@ impl Node {
     }
 }
 
-/// Adds to the knots at both ends of every segment what is `of` it: away from the first, towards the second.
+/// Adds to the nodes at both ends of every segment what is `of` it: away from the first, towards the second.
 fn sum_up(
     sums: &mut [Vector3<f64>],
     segments: &[Segment],
-    slots: &[Option<usize>],
+    slots: &[usize],
     of: impl Fn(&Segment) -> Vector3<f64>,
 ) {
     for (segment, slots) in segments.iter().zip(slots.windows(2)) {
         let part = of(segment);
-        if let Some(first) = slots[0] {
-            sums[first] -= part;
-        }
-        if let Some(second) = slots[1] {
-            sums[second] += part;
-        }
+        sums[slots[0]] -= part;
+        sums[slots[1]] += part;
     }
 }
 
@@ -544,7 +559,7 @@ mod tests {
     fn pulled(knots: &Knots, inverse_mass: &[f64], thread: &mut Thread, ask: &LengthCommand) -> Knots {
         let mut after = knots.clone();
         thread.begin(knots, inverse_mass);
-        thread.pull(&mut after, inverse_mass, STEP, ask, &ThreadSweeps::WHOLE);
+        thread.pull(&mut after, STEP, ask, &ThreadSweeps::WHOLE);
         after
     }
 
@@ -633,7 +648,7 @@ mod tests {
         let ask = LengthCommand { impulse_most: 1.0 * STEP, ..LengthCommand::hold(0.0) };
         for _ in 0..300 {
             thread.begin(&knots, &inverse_mass);
-            thread.pull(&mut knots, &inverse_mass, STEP, &ask, &ThreadSweeps::WHOLE);
+            thread.pull(&mut knots, STEP, &ask, &ThreadSweeps::WHOLE);
             for i in 0..4 {
                 let velocity = knots.velocity[i];
                 knots.position[i] += STEP * velocity;

@@ -211,7 +211,9 @@ impl ContactPlane {
                 // The target turned between sub-steps, and their impulses with it: their sum, not their lengths'.
                 (contact.normal, contact.impulse) = self.work.mean_normal();
             }
-            self.work.settle(&mut contact, before, after);
+            if self.work != ContactWork::default() {
+                self.work.settle(&mut contact, before, after);
+            }
             contact
         })
     }

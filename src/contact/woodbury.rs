@@ -101,7 +101,13 @@ impl Woodbury {
         }
         let mut pull = Vector6::zeros();
         for Acting { moments, mass, alone, .. } in &self.acting {
-            core.syger(*mass, moments, moments, 1.0); // the lower half, which is all that is read
+            // The lower half, which is all that is read.
+            for column in 0..6 {
+                let weighed = mass * moments[column];
+                for row in column..6 {
+                    core[(row, column)] += weighed * moments[row];
+                }
+            }
             pull += moments * *alone;
         }
         // Symmetric and positive definite: mass and inertia are, and the rest is a sum of squares.

@@ -35,6 +35,14 @@ impl SupportMap for PartSupport {
     }
 }
 
+impl PartSupport {
+    /// Whether a plane across `direction` keeps all of the part from the line between two points.
+    fn is_below(&self, direction: &Vector3<f64>, ends: [&Vector3<f64>; 2]) -> bool {
+        let highest = direction.dot(&self.part.support(direction));
+        ends.iter().all(|end| direction.dot(end) > highest)
+    }
+}
+
 impl Inside {
     /// For the parts of `target`.
     pub fn of(target: &Target) -> Inside {
@@ -44,8 +52,8 @@ impl Inside {
 
     /// Number of `cables` between `knots` [m] that go through the target at `body`.
     pub fn count(&self, cables: &[Cable], knots: &[Vector3<f64>], body: &Body) -> usize {
-        let at = |knot: usize| body.to_body(&knots[knot]);
-        cables.iter().filter(|cable| self.meets(at(cable.a), at(cable.b))).count()
+        let at: Vec<Vector3<f64>> = knots.iter().map(|knot| body.to_body(knot)).collect();
+        cables.iter().filter(|cable| self.meets(at[cable.a], at[cable.b])).count()
     }
 
     /// The same of cables of several pieces each, given their ends.
@@ -63,7 +71,7 @@ impl Inside {
             && self.solids.iter().any(|solid| {
                 let (centre, radius) = &solid.ball;
                 let outwards = to_line(centre, &a, &b);
-                outwards.norm() <= *radius && {
+                outwards.norm() <= *radius && !solid.is_below(&outwards, [&a, &b]) && {
                     // Most cables are outside: the search for a gap begins where it is likely.
                     let (line, first) = (Segment::new(parrys(&a), parrys(&b)), outwards.try_normalize(0.0));
                     let first = first.as_ref().map(parrys);

@@ -290,7 +290,8 @@ fn read_contacts(narrow_phase: &NarrowPhase, colliders: &ColliderSet, contacts: 
             }
         }
     }
-    contacts.sort_by_key(|contact| (contact.knot, contact.part));
+    // By keys beside them: a contact is as large as thirty numbers, and a sort moves it ten times.
+    contacts.sort_by_cached_key(|contact| (contact.knot, contact.part));
 }
 
 /// The target as one rigid body with a collider a part, and a collider for every knot.
