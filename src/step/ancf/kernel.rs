@@ -303,6 +303,7 @@ mod tests {
             perimeter: vec![0],
             designed_area: 1.0,
             folded: corners.to_vec(),
+            folded_inwards: false,
             launch_velocity: vec![Vector3::zeros(); 3],
             delay: [0.0; 4],
         }

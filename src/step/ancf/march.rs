@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::kernel::{AncfNet, element_net};
 use super::points::{PointsInContact, TouchPoints, point_net};
+use crate::cable::Cable;
 use crate::contact::{ContactManager, ContactSettings};
 use crate::failure::{self, Failure};
 use crate::interaction::Interactions;
@@ -22,6 +23,8 @@ use crate::world::Census;
 pub struct AncfMarch {
     net: AncfNet,
     elements: Arc<ElementNet>,
+    /// The cables' own coordinates before the shot.
+    in_container: Knots,
     touch: Option<Touch>,
     /// Knots that threads may pull in this step, and whether one was in this sub-step.
     reached: Vec<usize>,
@@ -51,14 +54,32 @@ fn refusal(with: &Interactions) -> Option<&'static str> {
     all.into_iter().find(|(is_there, _)| *is_there).map(|(_, what)| what)
 }
 
+/// How cables lie in the container, and move with the shot.
+fn in_container(net: &Net, elements: &ElementNet) -> Knots {
+    let knots = Knots { position: net.folded.clone(), velocity: net.launch_velocity.clone() };
+    if !net.folded_inwards {
+        return elements.straight(&knots);
+    }
+    let fall = |cable: &Cable| {
+        let (apart, length) = ((net.folded[cable.b] - net.folded[cable.a]).norm(), cable.rest_length);
+        // A piece without a fold has its length, but for rounding.
+        let is_straight = apart > (1.0 - 1e-9) * length;
+        let deep = if is_straight { 0.0 } else { (length * length - apart * apart).sqrt() };
+        deep / elements.layout.elements as f64
+    };
+    elements.folded(&knots, &net.cables.iter().map(fall).collect::<Vec<_>>())
+}
+
 impl AncfMarch {
     /// For the scene of `context`.
     pub fn new(context: &BuildContext<'_>) -> AncfMarch {
         let BuildContext { net, solver, time_step, .. } = *context;
         let ancf = solver.ancf.unwrap_or_default();
+        let elements = element_net(net, &ancf);
         AncfMarch {
             net: AncfNet::new(net, &ancf),
-            elements: Arc::new(element_net(net, &ancf)),
+            in_container: in_container(net, &elements),
+            elements: Arc::new(elements),
             touch: context
                 .contact_settings()
                 .map(|settings| Touch::new(&settings, net, &ancf, solver.restitution > 0.0)),
@@ -108,7 +129,7 @@ impl AncfMarch {
 
 impl Stepper for AncfMarch {
     fn start(&mut self, state: &mut State) {
-        state.inner = self.elements.straight(&state.knots);
+        state.inner.clone_from(&self.in_container);
         state.elements = Some(Arc::clone(&self.elements));
         self.net.load(&state.knots, &state.inner, &[]);
         state.totals = Some(self.totals(state));
