@@ -283,7 +283,8 @@ mod tests {
         for elements in 1..=5 {
             let net = ElementNet { layout: NodeList { elements }, ends: vec![[0, 1]], ..net() };
             let across = Vector3::new(0.0, 0.12, 0.16);
-            let knots = Knots { position: vec![Vector3::zeros(), across], velocity: vec![Vector3::zeros(); 2] };
+            let knots =
+                Knots { position: vec![Vector3::zeros(), across], velocity: vec![Vector3::zeros(); 2] };
             // A cable of 1 m between ends 0.2 m apart.
             let (l, n) = (1.0 / elements as f64, elements as f64);
             let fall = (1.0_f64 - 0.04).sqrt() / n;

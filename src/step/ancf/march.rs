@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::implicit::ImplicitStep;
 use super::kernel::{AncfNet, element_net};
 use super::points::{PointsInContact, TouchPoints, point_net};
 use crate::cable::Cable;
@@ -12,7 +13,7 @@ use crate::failure::{self, Failure};
 use crate::interaction::Interactions;
 use crate::net::Net;
 use crate::options::BuildContext;
-use crate::solver::Ancf;
+use crate::solver::{Ancf, Integrator};
 use crate::state::elements::ElementNet;
 use crate::state::{Body, Knots, NetTotals, State};
 use crate::step::stepper::{StepReport, Stepper};
@@ -26,6 +27,7 @@ pub struct AncfMarch {
     /// The cables' own coordinates before the shot.
     in_container: Knots,
     touch: Option<Touch>,
+    implicit: Option<Box<ImplicitStep>>,
     /// Knots that threads may pull in this step, and whether one was in this sub-step.
     reached: Vec<usize>,
     touched: Vec<bool>,
@@ -76,8 +78,11 @@ impl AncfMarch {
         let BuildContext { net, solver, time_step, .. } = *context;
         let ancf = solver.ancf.unwrap_or_default();
         let elements = element_net(net, &ancf);
+        let moving = AncfNet::new(net, &ancf);
+        let is_implicit = solver.integrator == Integrator::Implicit;
         AncfMarch {
-            net: AncfNet::new(net, &ancf),
+            implicit: is_implicit.then(|| Box::new(ImplicitStep::new(net, &moving))),
+            net: moving,
             in_container: in_container(net, &elements),
             elements: Arc::new(elements),
             touch: context
@@ -113,6 +118,48 @@ impl AncfMarch {
         if any {
             self.net.answer_impulses();
         }
+        any
+    }
+
+    /// Whether the coming step is implicit: nothing can touch within it, and no thread acts.
+    fn is_alone(&self) -> bool {
+        let touches = |touch: &Touch| touch.manager.watched().next().is_some();
+        self.implicit.is_some() && self.reached.is_empty() && !self.touch.as_ref().is_some_and(touches)
+    }
+
+    /// An implicit step.
+    fn fly(&mut self, state: &mut State, work: &mut Work) -> Result<(), Failure> {
+        let step = self.substep * f64::from(self.n_substeps);
+        if let Some(implicit) = &mut self.implicit {
+            let before = implicit.n_corrections;
+            if !implicit.advance(&mut self.net, step) {
+                return Err(Failure::Implicit { time: state.time, step });
+            }
+            work.sweeps += implicit.n_corrections - before;
+        }
+        state.drift_bodies(true, step);
+        work.substeps += 1;
+        Ok(())
+    }
+
+    /// Explicit sub-steps; whether any contact or thread acted.
+    fn march(&mut self, state: &mut State, with: &mut Interactions, work: &mut Work) -> bool {
+        let mut any = false;
+        self.drift(state, 0.5 * self.substep);
+        for left in (0..self.n_substeps).rev() {
+            if let Some(touch) = &mut self.touch {
+                touch.before_kick(&self.net);
+            }
+            self.net.kick(self.substep);
+            if !self.reached.is_empty() {
+                any |= self.constrain(state, with);
+            }
+            if let Some(touch) = &mut self.touch {
+                any |= touch.solve(&mut self.net, &mut state.bodies, self.substep);
+            }
+            self.drift(state, if left == 0 { 0.5 } else { 1.0 } * self.substep);
+        }
+        work.substeps += u64::from(self.n_substeps);
         any
     }
 
@@ -153,26 +200,16 @@ impl Stepper for AncfMarch {
         clock.lap(&mut work.stages.contact);
 
         with.constrained_knots(&mut self.reached);
-        let mut any = false;
-        self.drift(state, 0.5 * self.substep);
-        for left in (0..self.n_substeps).rev() {
-            if let Some(touch) = &mut self.touch {
-                touch.before_kick(&self.net);
-            }
-            self.net.kick(self.substep);
-            if !self.reached.is_empty() {
-                any |= self.constrain(state, with);
-            }
-            if let Some(touch) = &mut self.touch {
-                any |= touch.solve(&mut self.net, &mut state.bodies, self.substep);
-            }
-            self.drift(state, if left == 0 { 0.5 } else { 1.0 } * self.substep);
-        }
+        let any = if self.is_alone() {
+            self.fly(state, work)?;
+            false
+        } else {
+            self.march(state, with, work)
+        };
         self.net.store(&mut state.knots, &mut state.inner);
         self.net.take_tension(&mut state.tension);
         state.totals = Some(self.totals(state));
         failure::check(state, "cables")?;
-        work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.cables);
 
         if let Some(touch) = &mut self.touch {
