@@ -63,7 +63,7 @@ fn implicit_flight_gives_way_to_contact() {
     let flown = kept("implicit", &capture(implicit), 0.5);
     let explicit = kept("explicit", &capture(json!({})), 0.5);
     let share = flown.work.substeps as f64 / explicit.work.substeps as f64;
-    below("sub-steps over those of an explicit flight", share, 0.9);
+    below("sub-steps over those of an explicit flight", share, 0.9); // measured 0.47
     assert!(flown.work.sweeps > 0);
 }
 

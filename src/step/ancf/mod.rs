@@ -1,5 +1,5 @@
 //! Cables as the source's gradient-deficient elements (Eq. 3.7 to 3.16): absolute nodal coordinates, a constant
-//! mass matrix, explicit sub-steps.
+//! mass matrix, explicit sub-steps, or implicit steps in flight.
 //!
 //! | file | subject |
 //! |---|---|
@@ -66,11 +66,17 @@ const ELEMENT: f64 = 1000.0;
 
 /// Memory of the elements of `net` [bytes]: the mass matrix has a band of about the shorter side of the net, and
 /// as much again for each line of middle knots beside it.
-pub fn memory(net: &Net, ancf: &Ancf) -> f64 {
+pub fn memory(net: &Net, solver: &Solver) -> f64 {
+    let ancf = solver.ancf.unwrap_or_default();
     let lines = net.n_knots() as f64 / (net.grid[0] * net.grid[1]).max(1) as f64;
     let band = net.grid[0].min(net.grid[1]) as f64 * lines;
-    ELEMENT * f64::from(ancf.elements + 1) * net.cables.len() as f64
-        + 3.0 * size_of::<f64>() as f64 * band * net.n_knots() as f64
+    // An implicit step has equations along three axes together, for the knots and for each cable.
+    let (element, bands) = match solver.integrator {
+        Integrator::Implicit => (3.0 * ELEMENT, 12.0),
+        _ => (ELEMENT, 3.0),
+    };
+    element * f64::from(ancf.elements + 1) * net.cables.len() as f64
+        + bands * size_of::<f64>() as f64 * band * net.n_knots() as f64
 }
 
 impl Method for CableElements {

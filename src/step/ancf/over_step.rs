@@ -237,7 +237,7 @@ mod tests {
             let step = 1e-6;
             let slope = (above(before, after + step)[1] - above(before, after - step)[1]) / (2.0 * step);
             let kink = before <= 0.0 && after == 0.0;
-            assert!((slope - growth).abs() < 1e-6 || kink, "{before} {after}: {slope} {growth}");
+            assert!((slope - growth).abs() < 1e-5 || kink, "{before} {after}: {slope} {growth}");
         }
     }
 }
