@@ -269,20 +269,20 @@ fn add_matrix(
     factors: [f64; 2],
     of: &Nodes,
 ) {
-    for j in 0..COORDINATES {
+    for (j, row) in matrix.iter().enumerate() {
         for axis in 0..3 {
             let mut made = [0.0; LANES];
-            for i in 0..COORDINATES {
+            for (entry, node) in row.iter().zip(of) {
                 for lane in 0..LANES {
-                    made[lane] += matrix[j][i] * of[i][axis][lane];
+                    made[lane] += entry * node[axis][lane];
                 }
             }
             for lane in 0..LANES {
                 made[lane] *= scale[lane];
             }
             block.add((slots[j], axis), None, -factors[1], &made);
-            for i in 0..=j {
-                block.add((slots[j], axis), Some((slots[i], axis)), factors[0] * matrix[j][i], scale);
+            for (entry, slot) in row[..=j].iter().zip(slots) {
+                block.add((slots[j], axis), Some((*slot, axis)), factors[0] * entry, scale);
             }
         }
     }

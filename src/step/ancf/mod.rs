@@ -46,7 +46,7 @@ pub mod stability;
 
 use crate::net::Net;
 use crate::options::{BuildContext, TimeStep};
-use crate::solver::{Ancf, Integrator, JOINTS_STEP, Solver};
+use crate::solver::{Integrator, JOINTS_STEP, Solver};
 use crate::state::elements::ElementNet;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::stepper::{Method, Stepper};
