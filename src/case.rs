@@ -144,9 +144,7 @@ impl Case {
             let limits_of_step = step::method(&scene.solver).limits(&demands);
             let time_step = limits_of_step.chosen;
             checks::check_built(&scene, &demands, &limits_of_step, limits, &mut problems);
-            let acts = step::method(&scene.solver).acts_in_substeps();
-            let n_parts = if acts { f64::from(time_step.substeps) } else { 1.0 };
-            scene.solver.step_s = Some(Positive(time_step.step / n_parts));
+            scene.solver.step_s = Some(Positive(limits_of_step.written));
             let hash = hash(&scene, target.as_ref());
             let limits = *limits;
             let mut case = Case {

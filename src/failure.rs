@@ -43,6 +43,14 @@ pub enum Failure {
         /// What it is given.
         what: &'static str,
     },
+    /// The equations of an implicit step were not solved, however short.
+    #[error("at {time:.6} s an implicit step of {step:.3e} s is not solved, and no part of it")]
+    Implicit {
+        /// Simulated time [s].
+        time: f64,
+        /// The step [s].
+        step: f64,
+    },
     /// Steps were cut into ever more parts.
     #[error(
         "at {time:.6} s a step is cut into {parts:.0} parts on average, of at most {most} (--limit cuts=N raises it): \

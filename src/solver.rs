@@ -14,7 +14,7 @@ pub struct Solver {
     /// How a contact is answered.
     pub contact: ContactModel,
     /// Time step [s]: of the engine with `joints`, of the integration with `explicit` and `ancf` cables;
-    /// left out, one that suits the scene.
+    /// left out, one that suits the scene. With the integrator `implicit` that of its steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<Positive>,
     /// `joints`: sub-steps of the engine within a step, at which cables and contacts act; contacts
@@ -32,7 +32,7 @@ pub struct Solver {
     pub snap_passes: u32,
     /// `joints`: how the net flies while its box and the target's are apart.
     pub flight: Flight,
-    /// `explicit`: how the net is integrated.
+    /// `explicit`, and `implicit` with `ancf`: how the net is integrated.
     pub integrator: Integrator,
     /// `explicit` with the integrator `located`: local error of a step of its own [m].
     pub tolerance_m: Positive,
@@ -165,7 +165,7 @@ pub enum Flight {
     Explicit,
 }
 
-/// How the explicit net is integrated.
+/// How the explicit net is integrated, and elements other than by leap-frog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
@@ -180,6 +180,9 @@ pub enum Integrator {
     Rk4,
     /// Dormand and Prince's pair of orders 5 and 4, stopping wherever a cable goes taut or slack.
     Located,
+    /// `ancf` only: an implicit step that keeps energy and is stable whatever its length, while nothing touches and no thread
+    /// acts; explicit sub-steps else.
+    Implicit,
 }
 
 /// The elements of `ancf` cables.

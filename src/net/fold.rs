@@ -8,8 +8,11 @@
 //! −X, so that each cable keeps its unstretched length. The depth of the fold is
 //! √((l₀/2)² − (ratio l₀/2)²). The source draws the sequence but gives no coordinates (its figures
 //! are not in the text we have); that the halves hang along −X, and not sideways, is our choice,
-//! since the space between the drawn-in knots is too small for them. It needs a knot at the middle
-//! of every cable, hence an odd number of middle knots.
+//! since the space between the drawn-in knots is too small for them.
+//!
+//! Middle knots lie where they are on the folded cable. With an odd number one is at the fold, and every piece has its
+//! length. With an even number, none among them, the fold is within a piece: a spring is straight and slack there, so
+//! that without middle knots the net is that of `scaled`; elements are folded in that piece (`ElementNet::folded`).
 
 use nalgebra::Vector3;
 
@@ -90,12 +93,17 @@ mod tests {
         }
     }
 
+    /// Two middle knots of three pieces: the outer ones have their length, the one with the fold is drawn in as the net is.
+    /// None: there is nothing to hang.
     #[test]
-    fn inwards_without_a_knot_to_fold_at_is_refused() {
-        for middle in [0, 2] {
-            let problems = build(middle, "inwards").1;
-            assert_eq!(problems.list.len(), 1, "{problems}");
-            assert_eq!(problems.list[0].place, "net.fold.scheme");
+    fn inwards_with_the_fold_within_a_piece_leaves_that_piece_slack() {
+        let net = build(2, "inwards").0.unwrap();
+        for (piece, (length, rest)) in lengths(&net).enumerate() {
+            let share = if piece % 3 == 1 { 0.2 } else { 1.0 };
+            assert!((length - share * rest).abs() < 1e-12, "{piece}");
         }
+        let [inwards, scaled] = ["inwards", "scaled"].map(|scheme| build(0, scheme).0.unwrap());
+        assert_eq!(inwards.folded, scaled.folded);
+        assert!(inwards.folded_inwards && !scaled.folded_inwards);
     }
 }

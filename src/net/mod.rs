@@ -46,6 +46,9 @@ pub struct Net {
     pub designed_area: f64,
     /// Positions in the container [m].
     pub folded: Vec<Vector3<f64>>,
+    /// Whether a cable that is longer than its ends are apart is folded there, and hangs along −X, where it has coordinates
+    /// between them; else it lies straight, pressed together.
+    pub folded_inwards: bool,
     /// Velocities just after the shot [m/s].
     pub launch_velocity: Vec<Vector3<f64>>,
     /// How much later than time 0 each bullet is shot [s].
@@ -81,6 +84,7 @@ impl Net {
             perimeter: Vec::new(),
             designed_area: sides[0] * n_meshes[0] as f64 * sides[1] * n_meshes[1] as f64,
             folded: Vec::new(),
+            folded_inwards: spec.fold.scheme == spec::FoldScheme::Inwards,
             launch_velocity: vec![Vector3::zeros(); n_knots],
             delay: launch.bullets.delay_s,
         };
@@ -91,13 +95,6 @@ impl Net {
         net.tie(spec, &lines, make_of);
         net.perimeter = perimeter(grid, &lines);
         net.folded = fold::folded(spec, grid, &lines);
-        if spec.fold.scheme == spec::FoldScheme::Inwards && middle.is_multiple_of(2) {
-            problems.add(
-                "net.fold.scheme",
-                format!("\"inwards\" with {middle} middle knots"),
-                "an odd net.middle_knots: the scheme folds every cable at its middle, where a knot must be",
-            );
-        }
         net.shoot(shots(spec, launch));
         net.check_delays(problems);
         Some(net)

@@ -8,7 +8,7 @@ use crate::limits::{Limit, Limits};
 use crate::net::{Net, spec};
 use crate::options::TimeStep;
 use crate::problems::Problems;
-use crate::solver::{CableModel, ContactModel, JOINTS_STEP, Precision};
+use crate::solver::{CableModel, ContactModel, Integrator, JOINTS_STEP, Precision};
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::stability::{self, RESOLVES};
 use crate::target::Target;
@@ -154,6 +154,13 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
             "1: such a response acts once a step of the engine; shorten solver.step_s instead",
         );
     }
+    if solver.integrator == Integrator::Implicit && solver.cables != CableModel::Ancf {
+        problems.add(
+            "solver.integrator",
+            "\"implicit\" with cables that are no elements",
+            "another, or \"ancf\" cables: \"joints\" are implicit by themselves, and \"explicit\" ones are not",
+        );
+    }
     if solver.contact == ContactModel::Penalty && solver.restitution > 0.0 {
         problems.add(
             "solver.restitution",
@@ -163,7 +170,9 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
     }
 }
 
-/// Checks that cable elements are not asked for contacts of straight cables.
+/// Checks that cable elements are not asked for contacts of straight cables: these keep a place between two knots apart, borne by
+/// both by the lever rule and their masses. A place of an element is borne by coordinates that are no knots, through the whole
+/// mass matrix; its rows are those of the spheres.
 fn check_elements(scene: &Scene, problems: &mut Problems) {
     if scene.solver.cables != CableModel::Ancf {
         return;

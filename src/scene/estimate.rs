@@ -58,7 +58,7 @@ pub fn memory(scene: &Scene, demands: &Demands<'_>, time_step: TimeStep) -> Vec<
     let a_cable = match scene.solver.cables {
         CableModel::Joints => JOINT,
         CableModel::Explicit => EXPLICIT,
-        CableModel::Ancf => ancf::memory(net, &scene.solver.ancf.unwrap_or_default()) / n_cables.max(1.0),
+        CableModel::Ancf => ancf::memory(net, &scene.solver) / n_cables.max(1.0),
     };
     let n_steps = scene.duration_s.0 / time_step.step;
     let n_frames = scene.duration_s.0 / scene.output.sample_s.0.max(time_step.step);

@@ -130,6 +130,34 @@ impl ElementNet {
         Knots { position: own(&knots.position), velocity: own(&knots.velocity) }
     }
 
+    /// The same where cables hang, folded at their middle: each element of cable i falls by `fall[i]` along −X from its
+    /// first node to its second in the first half, and rises so in the other [m].
+    ///
+    /// An element has one slope at each node, so none can kink there. Where the fold is a node, its slope is that across
+    /// the fold alone and the node stands `fall` / 3 higher: along the fall |r′| is then 1 − ξ² of a straight leg's, no
+    /// point is stretched, and a third of the element's length is pressed together at the fold. Where it is within an element,
+    /// |r′| is 1 − 2ξ of it there.
+    pub fn folded(&self, knots: &Knots, fall: &[f64]) -> Knots {
+        let mut inner = self.straight(knots);
+        let n = self.layout.elements;
+        let own = self.layout.n_inner();
+        for (nodes, fall) in inner.position.chunks_mut(own).zip(fall) {
+            for (place, coordinate) in self.layout.inner().zip(nodes) {
+                let node = place / 2;
+                let (half, at_fold) = (node.min(n - node) as f64, 2 * node == n);
+                coordinate.x -= fall
+                    * match place % 2 {
+                        1 if at_fold => 0.0,
+                        1 if 2 * node < n => 1.0,
+                        1 => -1.0,
+                        _ if at_fold => half - 1.0 / 3.0,
+                        _ => half,
+                    };
+            }
+        }
+        inner
+    }
+
     /// Places along `cable` from end to end, [`PIECES`] of equal share apart [m].
     pub fn line(&self, cable: usize, knots: &Knots, inner: &Knots) -> Vec<Vector3<f64>> {
         let place = |i: usize| {
@@ -247,6 +275,40 @@ mod tests {
         let mass = 1.5 + 2.0 * 0.5;
         assert!((totals.momentum - mass * knots.velocity[0]).norm() < 1e-14);
         assert!((totals.kinetic - 0.5 * mass * knots.velocity[0].norm_squared()).abs() < 1e-14);
+    }
+
+    /// A folded cable has nothing stretched in it, hangs as deep as said, and its legs keep their length.
+    #[test]
+    fn a_folded_cable_is_nowhere_longer_than_itself() {
+        for elements in 1..=5 {
+            let net = ElementNet { layout: NodeList { elements }, ends: vec![[0, 1]], ..net() };
+            let across = Vector3::new(0.0, 0.12, 0.16);
+            let knots =
+                Knots { position: vec![Vector3::zeros(), across], velocity: vec![Vector3::zeros(); 2] };
+            // A cable of 1 m between ends 0.2 m apart.
+            let (l, n) = (1.0 / elements as f64, elements as f64);
+            let fall = (1.0_f64 - 0.04).sqrt() / n;
+            let inner = net.folded(&knots, &[fall]);
+            let mut length = 0.0;
+            for element in 0..elements {
+                let nodes = net.of_element(0, element);
+                let nodes = nodes.map(|at| ElementNet::value(&knots.position, &inner.position, at));
+                for i in 0..=50 {
+                    let xi = f64::from(i) / 50.0;
+                    let step = 1e-6;
+                    let [behind, ahead] = [xi - step, xi + step].map(|xi| blend(&shape(xi), &nodes));
+                    let stretch = (ahead - behind).norm() / (2.0 * step) / l;
+                    assert!(stretch < 1.0 + 1e-9, "{elements} {element} {xi}: {stretch}");
+                }
+                length += (nodes[2] - nodes[0]).norm();
+            }
+            let line = net.line(0, &knots, &inner);
+            let deepest = line.iter().map(|x| -x.x).fold(0.0, f64::max);
+            let wanted = fall * if elements % 2 == 0 { 0.5 * n - 1.0 / 3.0 } else { 0.5 * (n - 1.0) + 0.25 };
+            println!("{elements}: {deepest}, nodes {length}");
+            assert!((deepest - wanted).abs() < 1e-9, "{deepest} {wanted}");
+            assert!(length > 1.0 - l && length <= 1.0 + 1e-12);
+        }
     }
 
     /// A field linear in place and velocity changes the velocity of every point of an element by its value there.

@@ -16,6 +16,8 @@ pub struct StepLimits {
     pub safe: f64,
     /// The steps that it takes: those that the scene asks for, or its own.
     pub chosen: TimeStep,
+    /// What `solver.step_s` says of them [s].
+    pub written: f64,
 }
 
 /// Share of the speed of contact to which a thread may throw a knot within a part of a step [-]: what it throws, cables

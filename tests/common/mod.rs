@@ -153,6 +153,7 @@ pub fn knots(knots: &[(f64, [f64; 3], [f64; 3])]) -> Net {
         perimeter: vec![0],
         designed_area: 1.0,
         folded: knots.iter().map(|knot| knot.1.into()).collect(),
+        folded_inwards: false,
         launch_velocity: knots.iter().map(|knot| knot.2.into()).collect(),
         delay: [0.0; 4],
     }

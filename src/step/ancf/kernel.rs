@@ -27,14 +27,14 @@ pub struct AncfNet {
     /// For each place in the list of a cable.
     pub(super) places: Vec<Coordinates>,
     /// Forces of effects on the knots [N].
-    push: Axes,
+    pub(super) push: Axes,
     pub(super) knot_mass: KnotMass,
     pub(super) condensed: Condensation,
     pub(super) law: ElementLaw,
     /// Largest stress times area of each cable since it was last asked for [N].
-    tension: Vec<f64>,
+    pub(super) tension: Vec<f64>,
     /// What the dashpots of each cable took since then [J].
-    dissipated: Vec<f64>,
+    pub(super) dissipated: Vec<f64>,
 }
 
 /// The elements of `net` as the state knows them.
@@ -104,6 +104,16 @@ impl AncfNet {
                 [*position, *velocity] = self.places[place].get(cable);
             }
         }
+    }
+
+    /// Coordinates of every place, and of the knots last.
+    pub(super) fn coordinates(&self) -> impl Iterator<Item = &Coordinates> {
+        self.places.iter().chain([&self.knots])
+    }
+
+    /// The same, to be changed.
+    pub(super) fn coordinates_mut(&mut self) -> impl Iterator<Item = &mut Coordinates> {
+        self.places.iter_mut().chain([&mut self.knots])
     }
 
     /// Positions after `step` seconds at the present velocities.
@@ -303,6 +313,7 @@ mod tests {
             perimeter: vec![0],
             designed_area: 1.0,
             folded: corners.to_vec(),
+            folded_inwards: false,
             launch_velocity: vec![Vector3::zeros(); 3],
             delay: [0.0; 4],
         }

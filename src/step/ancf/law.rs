@@ -9,7 +9,7 @@ use crate::solver::Ancf;
 
 /// The law of the elements of each cable.
 pub(super) struct ElementLaw {
-    points: [GaussPoint; POINTS],
+    pub(super) points: [GaussPoint; POINTS],
     /// Length l [m], mass μ [kg].
     pub(super) length: Vec<f64>,
     pub(super) mass: Vec<f64>,
@@ -17,9 +17,9 @@ pub(super) struct ElementLaw {
     /// E A / l [N/m].
     pub(super) axial: Vec<f64>,
     /// 1 / l² [1/m²].
-    inverse_square: Vec<f64>,
+    pub(super) inverse_square: Vec<f64>,
     /// Dashpot [N s/m]; `damped`: whether any cable has one.
-    damping: Vec<f64>,
+    pub(super) damping: Vec<f64>,
     pub(super) damped: bool,
     /// E I / l³ [N/m]; none without bending.
     pub(super) bending: Option<Vec<f64>>,

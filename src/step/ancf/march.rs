@@ -4,14 +4,16 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::implicit::ImplicitStep;
 use super::kernel::{AncfNet, element_net};
 use super::points::{PointsInContact, TouchPoints, point_net};
+use crate::cable::Cable;
 use crate::contact::{ContactManager, ContactSettings};
 use crate::failure::{self, Failure};
 use crate::interaction::Interactions;
 use crate::net::Net;
 use crate::options::BuildContext;
-use crate::solver::Ancf;
+use crate::solver::{Ancf, Integrator};
 use crate::state::elements::ElementNet;
 use crate::state::{Body, Knots, NetTotals, State};
 use crate::step::stepper::{StepReport, Stepper};
@@ -22,7 +24,10 @@ use crate::world::Census;
 pub struct AncfMarch {
     net: AncfNet,
     elements: Arc<ElementNet>,
+    /// The cables' own coordinates before the shot.
+    in_container: Knots,
     touch: Option<Touch>,
+    implicit: Option<Box<ImplicitStep>>,
     /// Knots that threads may pull in this step, and whether one was in this sub-step.
     reached: Vec<usize>,
     touched: Vec<bool>,
@@ -51,14 +56,35 @@ fn refusal(with: &Interactions) -> Option<&'static str> {
     all.into_iter().find(|(is_there, _)| *is_there).map(|(_, what)| what)
 }
 
+/// How cables lie in the container, and move with the shot.
+fn in_container(net: &Net, elements: &ElementNet) -> Knots {
+    let knots = Knots { position: net.folded.clone(), velocity: net.launch_velocity.clone() };
+    if !net.folded_inwards {
+        return elements.straight(&knots);
+    }
+    let fall = |cable: &Cable| {
+        let (apart, length) = ((net.folded[cable.b] - net.folded[cable.a]).norm(), cable.rest_length);
+        // A piece without a fold has its length, but for rounding.
+        let is_straight = apart > (1.0 - 1e-9) * length;
+        let deep = if is_straight { 0.0 } else { (length * length - apart * apart).sqrt() };
+        deep / elements.layout.elements as f64
+    };
+    elements.folded(&knots, &net.cables.iter().map(fall).collect::<Vec<_>>())
+}
+
 impl AncfMarch {
     /// For the scene of `context`.
     pub fn new(context: &BuildContext<'_>) -> AncfMarch {
         let BuildContext { net, solver, time_step, .. } = *context;
         let ancf = solver.ancf.unwrap_or_default();
+        let elements = element_net(net, &ancf);
+        let moving = AncfNet::new(net, &ancf);
+        let is_implicit = solver.integrator == Integrator::Implicit;
         AncfMarch {
-            net: AncfNet::new(net, &ancf),
-            elements: Arc::new(element_net(net, &ancf)),
+            implicit: is_implicit.then(|| Box::new(ImplicitStep::new(net, &moving))),
+            net: moving,
+            in_container: in_container(net, &elements),
+            elements: Arc::new(elements),
             touch: context
                 .contact_settings()
                 .map(|settings| Touch::new(&settings, net, &ancf, solver.restitution > 0.0)),
@@ -95,6 +121,48 @@ impl AncfMarch {
         any
     }
 
+    /// Whether the coming step is implicit: nothing can touch within it, and no thread acts.
+    fn is_alone(&self) -> bool {
+        let touches = |touch: &Touch| touch.manager.watched().next().is_some();
+        self.implicit.is_some() && self.reached.is_empty() && !self.touch.as_ref().is_some_and(touches)
+    }
+
+    /// An implicit step.
+    fn fly(&mut self, state: &mut State, work: &mut Work) -> Result<(), Failure> {
+        let step = self.substep * f64::from(self.n_substeps);
+        if let Some(implicit) = &mut self.implicit {
+            let before = implicit.n_corrections;
+            if !implicit.advance(&mut self.net, step) {
+                return Err(Failure::Implicit { time: state.time, step });
+            }
+            work.sweeps += implicit.n_corrections - before;
+        }
+        state.drift_bodies(true, step);
+        work.substeps += 1;
+        Ok(())
+    }
+
+    /// Explicit sub-steps; whether any contact or thread acted.
+    fn march(&mut self, state: &mut State, with: &mut Interactions, work: &mut Work) -> bool {
+        let mut any = false;
+        self.drift(state, 0.5 * self.substep);
+        for left in (0..self.n_substeps).rev() {
+            if let Some(touch) = &mut self.touch {
+                touch.before_kick(&self.net);
+            }
+            self.net.kick(self.substep);
+            if !self.reached.is_empty() {
+                any |= self.constrain(state, with);
+            }
+            if let Some(touch) = &mut self.touch {
+                any |= touch.solve(&mut self.net, &mut state.bodies, self.substep);
+            }
+            self.drift(state, if left == 0 { 0.5 } else { 1.0 } * self.substep);
+        }
+        work.substeps += u64::from(self.n_substeps);
+        any
+    }
+
     fn drift(&mut self, state: &mut State, step: f64) {
         self.net.drift(step);
         state.drift_bodies(true, step);
@@ -108,7 +176,7 @@ impl AncfMarch {
 
 impl Stepper for AncfMarch {
     fn start(&mut self, state: &mut State) {
-        state.inner = self.elements.straight(&state.knots);
+        state.inner.clone_from(&self.in_container);
         state.elements = Some(Arc::clone(&self.elements));
         self.net.load(&state.knots, &state.inner, &[]);
         state.totals = Some(self.totals(state));
@@ -132,26 +200,16 @@ impl Stepper for AncfMarch {
         clock.lap(&mut work.stages.contact);
 
         with.constrained_knots(&mut self.reached);
-        let mut any = false;
-        self.drift(state, 0.5 * self.substep);
-        for left in (0..self.n_substeps).rev() {
-            if let Some(touch) = &mut self.touch {
-                touch.before_kick(&self.net);
-            }
-            self.net.kick(self.substep);
-            if !self.reached.is_empty() {
-                any |= self.constrain(state, with);
-            }
-            if let Some(touch) = &mut self.touch {
-                any |= touch.solve(&mut self.net, &mut state.bodies, self.substep);
-            }
-            self.drift(state, if left == 0 { 0.5 } else { 1.0 } * self.substep);
-        }
+        let any = if self.is_alone() {
+            self.fly(state, work)?;
+            false
+        } else {
+            self.march(state, with, work)
+        };
         self.net.store(&mut state.knots, &mut state.inner);
         self.net.take_tension(&mut state.tension);
         state.totals = Some(self.totals(state));
         failure::check(state, "cables")?;
-        work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.cables);
 
         if let Some(touch) = &mut self.touch {

@@ -6,6 +6,7 @@
 
 use crate::net::Net;
 
+use super::band::{BandMatrix, band_order};
 use super::element::Condensation;
 
 /// Share of a knot's mass below which the difference between it and its cables' halves is rounding [-].
@@ -34,7 +35,7 @@ pub fn own_mass(net: &Net) -> Vec<f64> {
 /// The condensed mass matrix of all knots, factorised: L Lᵀ in a band along the diagonal.
 pub struct KnotMass {
     /// Place of each knot in the band.
-    place: Vec<usize>,
+    pub(super) place: Vec<usize>,
     width: usize,
     /// One over the diagonal of L.
     inverse_diagonal: Vec<f64>,
@@ -52,30 +53,28 @@ impl KnotMass {
         let place = band_order(n, net.cables.iter().map(|cable| [cable.a, cable.b]));
         let apart = net.cables.iter().map(|cable| place[cable.a].abs_diff(place[cable.b]));
         let width = apart.max().unwrap_or(0);
-        // Entry k of column j is that of row j + k.
-        let mut matrix = vec![0.0; n * (width + 1)];
-        let at = |i: usize, j: usize| j * (width + 1) + (i - j);
+        let mut matrix = BandMatrix::zeros(n, width);
         for (knot, own) in own_mass(net).into_iter().enumerate() {
-            matrix[at(place[knot], place[knot])] += own;
+            *matrix.at(place[knot], place[knot]) += own;
         }
         for (cable, mass) in net.cables.iter().zip(element_mass) {
             let [a, b] = [place[cable.a], place[cable.b]];
-            matrix[at(a, a)] += mass * condensed.ends[0][0];
-            matrix[at(b, b)] += mass * condensed.ends[1][1];
-            matrix[at(a.max(b), a.min(b))] += mass * condensed.ends[0][1];
+            *matrix.at(a, a) += mass * condensed.ends[0][0];
+            *matrix.at(b, b) += mass * condensed.ends[1][1];
+            *matrix.at(a, b) += mass * condensed.ends[0][1];
         }
-        factorise(&mut matrix, n, width);
+        matrix.factorise();
         let mut knot_mass = KnotMass {
             place,
             width,
-            inverse_diagonal: (0..n).map(|j| 1.0 / matrix[at(j, j)]).collect(),
+            inverse_diagonal: (0..n).map(|j| 1.0 / *matrix.at(j, j)).collect(),
             columns: vec![0.0; n * width],
             rows: vec![0.0; n * width],
             sorted: vec![0.0; n],
         };
         for j in 0..n {
             for k in 1..=width.min(n - 1 - j) {
-                let value = matrix[at(j + k, j)];
+                let value = *matrix.at(j + k, j);
                 knot_mass.columns[j * width + k - 1] = value;
                 // Row j + k holds its entries in the order of the columns, the last beside the diagonal.
                 knot_mass.rows[(j + k) * width + width - k] = value;
@@ -113,87 +112,5 @@ impl KnotMass {
         for (value, &place) in values.iter_mut().zip(&self.place) {
             *value = sorted[place];
         }
-    }
-}
-
-/// Cholesky's factorisation of a band, in place; a matrix of masses is positive definite.
-fn factorise(matrix: &mut [f64], n: usize, width: usize) {
-    let at = |i: usize, j: usize| j * (width + 1) + (i - j);
-    for j in 0..n {
-        let last = (j + width).min(n - 1);
-        let root = matrix[at(j, j)].sqrt();
-        for i in j..=last {
-            matrix[at(i, j)] /= root;
-        }
-        matrix[at(j, j)] = root;
-        for k in j + 1..=last {
-            for i in k..=last {
-                matrix[at(i, k)] -= matrix[at(i, j)] * matrix[at(k, j)];
-            }
-        }
-    }
-}
-
-/// Places of `n` knots such that those on one cable stand close together: Cuthill and McKee's order.
-fn band_order(n: usize, cables: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
-    let mut neighbours = vec![Vec::new(); n];
-    for [a, b] in cables {
-        neighbours[a].push(b);
-        neighbours[b].push(a);
-    }
-    let degree: Vec<usize> = neighbours.iter().map(Vec::len).collect();
-    let mut starts: Vec<usize> = (0..n).collect();
-    starts.sort_by_key(|&knot| degree[knot]);
-    let mut place = vec![usize::MAX; n];
-    let mut order = Vec::with_capacity(n);
-    for start in starts {
-        if place[start] != usize::MAX {
-            continue;
-        }
-        place[start] = order.len();
-        order.push(start);
-        let mut next = place[start];
-        while next < order.len() {
-            let mut found = neighbours[order[next]].clone();
-            found.sort_by_key(|&knot| (degree[knot], knot));
-            for knot in found {
-                if place[knot] == usize::MAX {
-                    place[knot] = order.len();
-                    order.push(knot);
-                }
-            }
-            next += 1;
-        }
-    }
-    place
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A grid's band is as wide as its shorter side and one, whatever the numbers of its knots.
-    #[test]
-    fn knots_of_a_grid_stand_in_a_narrow_band() {
-        let (rows, columns) = (11, 30);
-        // Numbered as badly as may be.
-        let number = |row: usize, column: usize| (row * columns + column) * 7 % (rows * columns);
-        let mut cables = Vec::new();
-        for row in 0..rows {
-            for column in 0..columns {
-                if row + 1 < rows {
-                    cables.push([number(row, column), number(row + 1, column)]);
-                }
-                if column + 1 < columns {
-                    cables.push([number(row, column), number(row, column + 1)]);
-                }
-            }
-        }
-        let place = band_order(rows * columns, cables.iter().copied());
-        let mut sorted = place.clone();
-        sorted.sort_unstable();
-        assert!(sorted.into_iter().eq(0..rows * columns));
-        let width = cables.iter().map(|[a, b]| place[*a].abs_diff(place[*b])).max().unwrap();
-        assert!(width <= rows + 1, "{width}");
     }
 }

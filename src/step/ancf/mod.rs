@@ -1,15 +1,16 @@
 //! Cables as the source's gradient-deficient elements (Eq. 3.7 to 3.16): absolute nodal coordinates, a constant
-//! mass matrix, explicit sub-steps.
+//! mass matrix, explicit sub-steps, or implicit steps in flight.
 //!
 //! | file | subject |
 //! |---|---|
 //! | [`element`] | shape functions, matrices of an element, quadrature; a cable condensed to its ends |
-//! | [`mass`] | the mass matrix of the knots, factorised once |
+//! | [`mass`], `band` | the mass matrix of the knots, factorised once |
 //! | `motion`, `law` | coordinates as arrays; forces, energy and loss of an element |
 //! | [`kernel`], `impulse` | accelerations and motion of the whole net; what impulses do to it |
 //! | [`points`] | knots and spheres that touch, and how they answer |
 //! | [`stability`] | the largest stable step |
-//! | `march` | a step: sub-steps of cables, threads and contact |
+//! | `implicit`, `over_step`, `block` | a step of any length in flight: its equations, mean forces, cables eliminated |
+//! | `march` | a step: sub-steps of cables, threads and contact, or an implicit one |
 //!
 //! Coordinates: a position is shared by all cables that meet at a knot; slopes there are each cable's own. Cables
 //! of a net cross and end at its knots in all directions and are tied, not clamped: one slope for all of them has no
@@ -20,24 +21,32 @@
 //! Sub-step: half a drift, a kick by all forces, then threads and contacts as impulses, half a drift (leap-frog): of second
 //! order without damping, of first with it. Target and net drift together.
 //!
+//! `implicit` steps stand in for all sub-steps of a step in which nothing touches and no thread pulls. A contact's row asks how
+//! its point answers an impulse, which within an implicit step of stiff cables is not by the mass alone: as the points touch
+//! or do not, that matrix would be another in every correction. In contact, steps have to follow the lightest points anyway.
+//!
 //! Beside the source: a point of the quadrature that is shortened gives no force, as Section 3.3.1 says of cables;
 //! Eq. 3.12 alone would press. The source's elements are undamped; the net's own damping ratio acts between the
 //! nodes of an element as Eq. 3.3 has it, and 0 is the source's case. Bending, where it is asked for, takes |r″| for
 //! the curvature. The shot moves what lies between two knots as a straight line between them.
 
+mod band;
+mod block;
 pub mod element;
+mod implicit;
 mod impulse;
 pub mod kernel;
 mod law;
 mod march;
 pub mod mass;
 mod motion;
+mod over_step;
 pub mod points;
 pub mod stability;
 
 use crate::net::Net;
 use crate::options::{BuildContext, TimeStep};
-use crate::solver::{Ancf, JOINTS_STEP, Solver};
+use crate::solver::{Integrator, JOINTS_STEP, Solver};
 use crate::state::elements::ElementNet;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::stepper::{Method, Stepper};
@@ -49,16 +58,25 @@ use stability::{SAFE, stable_step, stable_with_contact, throwing_step};
 /// Cables as elements.
 pub struct CableElements;
 
+/// Implicit step that is chosen [s].
+const IMPLICIT_STEP: f64 = 1e-4;
+
 /// Bytes of an element: four arrays for each of its coordinates, and the state's two copies [bytes].
 const ELEMENT: f64 = 1000.0;
 
 /// Memory of the elements of `net` [bytes]: the mass matrix has a band of about the shorter side of the net, and
 /// as much again for each line of middle knots beside it.
-pub fn memory(net: &Net, ancf: &Ancf) -> f64 {
+pub fn memory(net: &Net, solver: &Solver) -> f64 {
+    let ancf = solver.ancf.unwrap_or_default();
     let lines = net.n_knots() as f64 / (net.grid[0] * net.grid[1]).max(1) as f64;
     let band = net.grid[0].min(net.grid[1]) as f64 * lines;
-    ELEMENT * f64::from(ancf.elements + 1) * net.cables.len() as f64
-        + 3.0 * size_of::<f64>() as f64 * band * net.n_knots() as f64
+    // An implicit step has equations along three axes together, for the knots and for each cable.
+    let (element, bands) = match solver.integrator {
+        Integrator::Implicit => (3.0 * ELEMENT, 12.0),
+        _ => (ELEMENT, 3.0),
+    };
+    element * f64::from(ancf.elements + 1) * net.cables.len() as f64
+        + bands * size_of::<f64>() as f64 * band * net.n_knots() as f64
 }
 
 impl Method for CableElements {
@@ -67,16 +85,30 @@ impl Method for CableElements {
         let stable = stable_with_contact(stable_step(demands.net, &ancf), demands, &ancf);
         let safe = SAFE * stable;
         let own = safe.min(demands.pulled_step()).min(throwing_step(demands, &ancf));
-        let substep = demands.solver.step_s.map_or(own, |step| step.0);
+        let given = demands.solver.step_s.map(|step| step.0);
+        let is_implicit = demands.solver.integrator == Integrator::Implicit;
+        let substep = given.filter(|_| !is_implicit).unwrap_or(own);
         // Contacts are found once a step: no point may come from beyond the margin within it, nor one at twice the speed
         // after a snap.
         let found = demands.target.map_or(f64::INFINITY, |_| {
             0.5 * demands.contact_margin() / demands.fastest().max(f64::MIN_POSITIVE)
         });
         let found = found.min(demands.thin_step()).min(demands.pulled_step());
+        if is_implicit {
+            let step = given.unwrap_or(IMPLICIT_STEP.min(demands.sample).min(found));
+            // Sub-steps for contacts and threads, where there may be any.
+            let acts = demands.target.is_some() || demands.options.has_constraints;
+            let substeps = if acts { (step / own).ceil().max(1.0) as u32 } else { 1 };
+            return StepLimits {
+                stable: f64::INFINITY,
+                safe,
+                chosen: TimeStep { step, substeps },
+                written: step,
+            };
+        }
         let step = JOINTS_STEP.min(demands.sample).min(found).max(substep);
         let chosen = TimeStep { step, substeps: (step / substep).ceil().max(1.0) as u32 };
-        StepLimits { stable, safe, chosen }
+        StepLimits { stable, safe, chosen, written: step / f64::from(chosen.substeps) }
     }
 
     fn acts_in_substeps(&self) -> bool {
@@ -90,7 +122,13 @@ impl Method for CableElements {
 
     fn price(&self, solver: &Solver, _n_knots: usize, n_cables: usize, work: &Work) -> f64 {
         let elements = f64::from(solver.ancf.unwrap_or_default().elements);
-        60e-9 * elements * n_cables as f64 * work.substeps as f64
+        // Flown implicitly: some corrections a step.
+        let each = if solver.integrator == Integrator::Implicit && work.substeps == work.steps {
+            5e-6
+        } else {
+            60e-9
+        };
+        each * elements * n_cables as f64 * work.substeps as f64
     }
 
     fn elements(&self, net: &Net, solver: &Solver) -> Option<ElementNet> {

@@ -402,6 +402,7 @@ mod tests {
             perimeter: vec![0],
             designed_area: 1.0,
             folded: vec![along(0.0), along(1.0 + stretch)],
+            folded_inwards: false,
             launch_velocity: vec![along(0.0), along(rate)],
             delay: [0.0; 4],
         }

@@ -207,7 +207,8 @@ impl ExplicitNet {
     pub fn kick(&mut self, step: f64) {
         match self.integrator {
             Integrator::Secant => self.kick_secant(step),
-            Integrator::Symplectic | Integrator::Auto => {
+            // Scenes with another net are refused `implicit`.
+            Integrator::Symplectic | Integrator::Auto | Integrator::Implicit => {
                 self.accelerate();
                 let (sum, term) = (&mut self.velocity, &self.acceleration);
                 self.arch.dispatch(AddScaled { sum, term, factor: step });

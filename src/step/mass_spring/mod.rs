@@ -44,7 +44,7 @@ impl Method for Explicit {
         let found = found.min(demands.thin_step()).min(demands.pulled_step());
         let step = JOINTS_STEP.min(demands.sample).min(found).max(substep);
         let chosen = TimeStep { step, substeps: (step / substep).ceil().max(1.0) as u32 };
-        StepLimits { stable, safe, chosen }
+        StepLimits { stable, safe, chosen, written: chosen.step / f64::from(chosen.substeps) }
     }
 
     fn acts_in_substeps(&self) -> bool {
@@ -66,7 +66,7 @@ impl Method for Explicit {
         let evaluations = match solver.integrator {
             // Two passes over the cables for one.
             Integrator::Secant => 2.0,
-            Integrator::Symplectic | Integrator::Auto => 1.0,
+            Integrator::Symplectic | Integrator::Auto | Integrator::Implicit => 1.0,
             Integrator::Rk4 => 5.0,
             Integrator::Located => 50.0,
         };

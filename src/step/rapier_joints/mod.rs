@@ -44,7 +44,7 @@ impl Method for Joints {
                 JOINTS_STEP.min(found).min(safe).min(0.5 * RESOLVES * stable_step(net))
             }
         };
-        StepLimits { stable, safe, chosen: TimeStep { step, substeps: solver.substeps } }
+        StepLimits { stable, safe, chosen: TimeStep { step, substeps: solver.substeps }, written: step }
     }
 
     fn acts_in_substeps(&self) -> bool {
