@@ -272,6 +272,107 @@ fn a_strip_has_a_picture_for_each_time_and_view_to_one_scale() {
     assert!((longest(&circles) / scale - wide).abs() < 0.01 * wide, "{} {wide}", longest(&circles) / scale);
 }
 
+/// Width, height, dots a metre, and the brightness of each pixel.
+fn pixels(path: &Path) -> (usize, usize, u32, Vec<u8>) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut data = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut data).unwrap();
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
+    let grey = data.chunks_exact(3).map(|rgb| *rgb.iter().max().unwrap()).collect();
+    let dots = reader.info().pixel_dims.unwrap();
+    assert_eq!((dots.xppu, dots.unit), (dots.yppu, png::Unit::Meter));
+    (info.width as usize, info.height as usize, dots.xppu, grey)
+}
+
+#[test]
+fn a_png_is_the_drawing_with_the_dots_that_are_asked_for() {
+    let folder = with_scene(|_| {});
+    let at = folder.path();
+    printed(at, &["run", "scene.json", "--out", "a"]);
+    let of = ["figure", "a", "--of", "strip,energy", "--at", "0.1,0.2", "--width", "85mm"];
+    let told = printed(at, &[&of[..], &["--format", "svg,png", "--dpi", "150"]].concat());
+    let files = ["strip.svg", "strip.png", "energy.svg", "energy.png"];
+    assert_eq!(told.lines().collect::<Vec<_>>(), files.map(|name| format!("a/figure-{name}")));
+    let a = at.join("a");
+    for name in ["strip", "energy"] {
+        let svg = drawn(&a, name);
+        let (wide, high, dots, grey) = pixels(&a.join(format!("figure-{name}.png")));
+        let length = |side: &str| -> f64 { svg[0].attributes[side].trim_end_matches("mm").parse().unwrap() };
+        assert_eq!((wide, dots), (502, 5906)); // 85 mm at 150 dots an inch
+        assert!((high as f64 / wide as f64 - length("height") / length("width")).abs() < 0.003, "{high}");
+        // Where a text begins there are letters; round about the figure there is paper.
+        let scale =
+            wide as f64 / svg[0].attributes["viewBox"].split(' ').nth(2).unwrap().parse::<f64>().unwrap();
+        let dark = |x: f64, y: f64, half: f64| {
+            let near = |to: f64, most: usize| {
+                ((to - half).max(0.0) as usize)..(((to + half).ceil() as usize).min(most))
+            };
+            let rows = near(y, high).map(|row| row * wide);
+            rows.flat_map(|row| near(x, wide).map(move |column| row + column))
+                .filter(|at| grey[*at] < 128)
+                .count()
+        };
+        let is_turned = |element: &&Element| element.attributes.contains_key("transform");
+        let written = svg
+            .iter()
+            .filter(|element| element.name == "text" && !element.text.is_empty() && !is_turned(element));
+        for element in written {
+            let [x, y] = ["x", "y"].map(|place| scale * element.number(place));
+            assert!(dark(x, y, 12.0) > 5, "{name}: no letters of {} at {x}, {y}", element.text);
+        }
+        for circle in svg.iter().filter(|element| element.name == "circle") {
+            let [x, y] = ["cx", "cy"].map(|place| scale * circle.number(place));
+            assert!(dark(x, y, 1.0) >= 2, "{name}: no bullet at {x}, {y}");
+        }
+        assert!((0..wide).all(|column| grey[column] == 255) && (0..high).all(|row| grey[row * wide] == 255));
+    }
+    let refused = |arguments: &[&str]| err(&tumblenet(at, &[&of[..], arguments].concat()));
+    assert!(refused(&["--format", "pgn"]).contains("--format: found pgn; allowed: one of svg, png"));
+    assert!(refused(&["--dpi", "300"]).contains("--dpi: found 300; allowed: --format png"));
+    assert!(refused(&["--format", "png", "--dpi", "5"]).contains("allowed: 72 to 1200 dots an inch"));
+}
+
+/// Grey faces of a strip's picture, as how many paths and points.
+fn faces(picture: &[Element]) -> usize {
+    let faces = picture.iter().filter(|element| {
+        element.name == "path" && element.attributes.get("fill").is_some_and(|fill| fill != "none")
+    });
+    faces.map(|element| element.attributes["d"].matches('M').count()).sum()
+}
+
+#[test]
+fn a_chaser_is_in_the_strip_while_it_is_near_and_its_motion_in_the_figures() {
+    let chaser = json!({ "mass_kg": 12.0, "inertia_kg_m2": [0.3, 0.3, 0.3], "centre_m": [-0.2, 0.1, 0.0] });
+    let folder = with_scene(|scene| {
+        scene["effects"]["chaser"] = chaser.clone();
+        scene["duration_s"] = json!(0.5);
+    });
+    let at = folder.path();
+    printed(at, &["run", "scene.json", "--out", "a"]);
+    let free = ["run", "scene.json", "--set", "target=null", "--set", "capture=null", "--out", "free"];
+    printed(at, &free);
+    let run = RecordedRun::read(&at.join("free")).unwrap();
+    // The block of that mass and inertia: a side of 0.387 m, its front just behind the net.
+    let [block] = &run.brought[..] else { panic!("{} bodies", run.brought.len()) };
+    assert_eq!(block.name, "chaser");
+    let half = block.points.iter().map(|corner| corner.x).fold(0.0, f64::max);
+    assert!((half - 0.5 * (6.0_f64 * 0.3 / 12.0).sqrt()).abs() < 1e-12 && block.triangles.len() == 12);
+    printed(at, &["figure", "free", "--of", "strip", "--at", "0,0.5"]);
+    let strip = drawn(&at.join("free"), "strip");
+    let starts: Vec<usize> = (0..strip.len()).filter(|n| strip[*n].name == "g").collect();
+    assert_eq!(faces(&strip[starts[0]..starts[1]]), 2, "the side of the block that is seen");
+    assert_eq!(faces(&strip[starts[1]..]), 0, "the net has flown far from it");
+    printed(at, &["figure", "a", "--of", "motion"]);
+    let motion = read_back(&drawn(&at.join("a"), "motion"));
+    let a = at.join("a");
+    let start = column(&a, "chaser_x_m");
+    let moved: Vec<f64> = start.iter().map(|x| x - start[0]).collect();
+    assert!(*moved.last().unwrap() < -1e-3);
+    same(&motion["x, chaser, displacement"], &column(&a, "t_s"), &moved);
+    same(&motion["z, chaser, spin"], &column(&a, "t_s"), &column(&a, "chaser_spin_z_rad_s"));
+}
+
 #[test]
 fn what_cannot_be_drawn_is_told_all_at_once() {
     let folder = with_scene(|_| {});

@@ -2,7 +2,9 @@
 
 use crate::common;
 
+use std::io::Write as _;
 use std::path::Path;
+use std::process::Command;
 
 use crate::common::program::{self, err, out, tumblenet, write_json};
 use serde_json::{Value, json};
@@ -363,6 +365,28 @@ fn an_interrupted_ensemble_goes_on_where_it_was() {
     assert_eq!(std::fs::read_dir(folder.path().join("e/members")).unwrap().count(), 2);
 }
 
+/// Sources that are not committed have the same version and commit, and a copy may have the same date.
+#[test]
+fn members_of_another_build_are_not_taken_for_this_ones() {
+    let folder = with_scene(&small_capture());
+    let arguments = ["run", "scene.json", "--out", "e", "--ensemble", "1"];
+    let kept = || std::fs::read_dir(folder.path().join("e/members")).unwrap().count();
+    let this = Path::new(env!("CARGO_BIN_EXE_tumblenet"));
+    let [copy, build] = ["copy", "build"].map(|name| folder.path().join(name));
+    std::fs::copy(this, &copy).unwrap();
+    std::fs::copy(this, &build).unwrap();
+    let mut file = std::fs::OpenOptions::new().append(true).open(&build).unwrap();
+    // Behind the end of a program nothing is read.
+    file.write_all(b"another").unwrap();
+    file.set_modified(this.metadata().unwrap().modified().unwrap()).unwrap();
+    drop(file);
+    for (program, count) in [(this, 1), (copy.as_path(), 1), (build.as_path(), 2)] {
+        let output = Command::new(program).args(arguments).current_dir(folder.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", err(&output));
+        assert_eq!(kept(), count, "{}", program.display());
+    }
+}
+
 /// An ensemble without what the machine adds.
 fn timeless(printed: &[u8]) -> Value {
     let mut ensemble: Value = serde_json::from_slice(printed).unwrap();
@@ -438,6 +462,10 @@ fn without_arguments_a_capture_runs() {
     for word in ["tumbling", "CAPTURED", "replay.html", "tumblenet list"] {
         assert!(text.contains(word), "{word:?} not in {text}");
     }
+    // One file that is sent by mail: 1.2 MB.
+    let run = std::fs::read_dir(folder.path().join("results")).unwrap().next().unwrap().unwrap();
+    let page = run.path().join("replay.html").metadata().unwrap().len();
+    assert!((100_000..2_000_000).contains(&page), "{page} bytes");
 }
 
 /// A changed scene is another: what it was expected to show is no longer expected.

@@ -85,6 +85,10 @@ fn a_report_takes_one_result_and_refuses_what_is_none() {
     let folder = folder.path();
     printed(folder, &["run", "scene.json", "--out", "open"]);
     assert!(printed(folder, &["report", "open"]).starts_with("1 run."));
+    // Another folder between two names of one.
+    let twice = ["report", "open", "second", "./open", "--out", "twice"];
+    printed(folder, &["run", "scene.json", "--out", "second"]);
+    assert!(printed(folder, &twice).starts_with("2 runs."), "a folder that is named twice stands once");
     let page = page(folder, "results/report/report.html");
     assert!(page.contains("id=\"result-1-deployment\"") && !page.contains("id=\"survival\""));
     // All faults at once, and nothing is written.

@@ -33,6 +33,12 @@ pub struct Arguments {
     /// Width on paper: `85mm` for a column; left out: 170mm.
     #[arg(long, value_name = "WIDTH")]
     width: Option<String>,
+    /// Kinds of files: svg, png (of a program built with `--features png`); left out: svg.
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    format: Vec<String>,
+    /// Dots an inch of png; left out: 300.
+    #[arg(long, value_name = "DOTS")]
+    dpi: Option<f64>,
     /// What the runs are called; left out: what varies between their folders.
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     label: Vec<String>,
@@ -62,6 +68,8 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
         at: arguments.at.clone(),
         view: arguments.view.clone(),
         width: arguments.width.clone(),
+        format: arguments.format.clone(),
+        dpi: arguments.dpi,
     };
     let request = words.read(&mut problems);
     let given = given(&arguments.runs, &arguments.changes, limits, &mut problems);

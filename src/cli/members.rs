@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::UNIX_EPOCH;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -11,6 +10,8 @@ use tumblenet::limits;
 use tumblenet::report::files::{self, WriteError};
 use tumblenet::report::results;
 use tumblenet::study::ensemble::EnsembleRequest;
+
+use super::fingerprint::fingerprint;
 
 /// Most bytes of a kept file that is read again; the largest are some megabytes.
 pub const MOST_KEPT: u64 = 256 << 20;
@@ -22,10 +23,12 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// The place of members of this case, request and program in the folder `out`; `kind` tells apart what is kept.
+    /// The place of members of this case, request and program in the folder `out`; `kind` tells apart what is kept. Who
+    /// changes a solver and runs again wants new members.
     pub fn open(out: &Path, kind: &str, case: &Case, request: &EnsembleRequest) -> Result<Kept, WriteError> {
         let until = request.at_most_s.map_or_else(String::new, |at_most| format!("-{at_most}"));
-        let key = format!("{}-{:e}-{}{until}-{}", case.hash(), request.perturb_m, request.seed, program());
+        let program = &fingerprint()?[..16];
+        let key = format!("{}-{:e}-{}{until}-{program}", case.hash(), request.perturb_m, request.seed);
         let folder = out.join(kind).join(key);
         files::make_folder(&folder)?;
         Ok(Kept { folder, unwritten: Mutex::new(None) })
@@ -57,12 +60,4 @@ impl Kept {
     fn place(&self, member: usize) -> PathBuf {
         self.folder.join(format!("{member:06}.json"))
     }
-}
-
-/// Version and build of this program: who changes a solver and runs again wants new members.
-fn program() -> String {
-    let built = std::env::current_exe().and_then(|path| path.metadata()?.modified()).ok();
-    let seconds =
-        built.and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |since| since.as_secs());
-    format!("{}-{seconds:x}", env!("CARGO_PKG_VERSION"))
 }

@@ -6,6 +6,7 @@ mod compare;
 mod cost;
 mod dependency;
 mod figure;
+mod fingerprint;
 mod fit;
 mod interrupt;
 mod list;

@@ -1,6 +1,7 @@
 //! `tumblenet reproduce`: every claim of the source beside what is found here.
 
 use std::collections::HashMap;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -25,6 +26,7 @@ use tumblenet::study::reproduce::{ReproducedRow, Reproduction, tables};
 use tumblenet::study::sweep::Sweep;
 use tumblenet::study::sweep::dependency::Dependencies;
 
+use super::fingerprint::fingerprint;
 use super::reading::Reading;
 use super::reported::Told;
 use super::run::one;
@@ -176,18 +178,20 @@ fn figures(claims: &Claims, quick: bool, out: &Path, limits: Limits) -> Result<V
     Ok(drawn)
 }
 
+/// In the folder of a run that is kept: which program wrote it.
+const PROGRAM: &str = "program.txt";
+
 /// The run in `folder`, or where this program has not written it there, a new one.
 fn recorded(run: &FigureRun, folder: &Path, limits: Limits) -> Result<RecordedRun, Error> {
     let case = Case::load_changed(&run.scene, &run.changes(), limits)?;
-    let here = Provenance::here();
-    if let Ok(kept) = RecordedRun::read(folder) {
-        let by = &kept.summary.provenance;
-        if kept.summary.scene_hash == case.hash()
-            && (&by.program, &by.commit) == (&here.program, &here.commit)
-        {
-            return Ok(kept);
-        }
+    let (mark, program) = (folder.join(PROGRAM), fingerprint()?);
+    if std::fs::read(&mark).is_ok_and(|by| by == program.as_bytes())
+        && let Ok(kept) = RecordedRun::read(folder)
+        && kept.summary.scene_hash == case.hash()
+    {
+        return Ok(kept);
     }
     one(&case, None, folder, &[])?;
+    files::write(&mark, |file| file.write_all(program.as_bytes()))?;
     Ok(RecordedRun::read(folder)?)
 }

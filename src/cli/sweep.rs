@@ -4,16 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{Args, Subcommand};
-use data_encoding::HEXLOWER;
-use sha2::{Digest, Sha256};
 use tumblenet::problems::Problems;
-use tumblenet::report::files::{self, WriteError};
+use tumblenet::report::files;
 use tumblenet::report::rows::{KeptRows, RowKeeper};
 use tumblenet::report::sweep::{self as report, SweepResult};
 use tumblenet::report::table;
 use tumblenet::study::ensemble::Share;
 use tumblenet::study::sweep::{Row, Shard, Sweep, SweepPlan};
 
+use super::fingerprint::fingerprint;
 use super::reading::Reading;
 use super::terminal::{Progress, remark, stage};
 use super::{Error, Format, array_job, interrupt, json, print, run, say};
@@ -157,7 +156,7 @@ pub(super) fn run_in(
     is_wanted: impl Fn(u64) -> bool,
     out: &Path,
 ) -> Result<(SweepPlan, usize), Error> {
-    let plan = sweep.plan(&program()?);
+    let plan = sweep.plan(fingerprint()?);
     report::write_plan(out, &plan)?;
     let keeper = Arc::new(RowKeeper::open(out, &plan)?);
     let done = go_on(sweep, &plan, &keeper, is_wanted, out)?;
@@ -227,11 +226,4 @@ fn any_finished(result: &SweepResult) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Expectation("every member failed: the column `failure` of the table says why".to_owned()))
-}
-
-/// Hash of this very program: rows of two builds are never mixed, and a copy of it on another machine is the same.
-fn program() -> Result<String, WriteError> {
-    let this = std::env::current_exe().map_err(|error| WriteError::new(Path::new("the program"), error))?;
-    let bytes = std::fs::read(&this).map_err(|error| WriteError::new(&this, error))?;
-    Ok(HEXLOWER.encode(&Sha256::digest(bytes)))
 }

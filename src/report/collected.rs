@@ -5,6 +5,7 @@
 
 pub mod part;
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -45,9 +46,12 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<Vec<CollectedPart>, Pr
         problems.add("DIR", format!("{} results", found.len()), format!("at most {MOST_PARTS} in a page"));
         return Err(problems);
     }
-    // Of a kind in the order in which they were given.
+    // Of a kind in the order in which they were given; a folder that was named twice, or above another, stands once.
+    let mut known = HashSet::new();
+    found.retain(|(kind, folder)| {
+        known.insert((*kind, folder.canonicalize().unwrap_or_else(|_| folder.clone())))
+    });
     found.sort_by_key(|(kind, _)| *kind);
-    found.dedup();
     let mut parts = Vec::new();
     for (kind, folder) in found {
         match CollectedPart::read(kind, &folder, out) {
@@ -118,7 +122,7 @@ fn runs(parts: &[CollectedPart]) -> String {
             "<tr><td><a href=\"#{}\">{}</a></td><td class=\"words\">{}</td>{}</tr>",
             anchor(n),
             escape(&part.name),
-            escape(&part.finding),
+            page::prose(&part.finding),
             facts(summary)
         );
     }
@@ -128,7 +132,7 @@ fn runs(parts: &[CollectedPart]) -> String {
     let heads = [("solver", ""), ("first held", "s"), ("settled", "s"), ("lost", "s"), ("watched to", "s")];
     let heads = heads.into_iter().chain([("cables inside", ""), ("energy created", "%")]);
     let heads: String = heads.map(|(name, unit)| format!("<th>{name} <small>{unit}</small></th>")).collect();
-    page::table(&format!("<th>run</th><th>verdict</th>{heads}"), &rows)
+    page::table(&format!("<th>run</th><th class=\"words\">verdict</th>{heads}"), &rows)
 }
 
 /// Numbers of a run, as cells of its row.
@@ -157,13 +161,13 @@ fn others(parts: &[CollectedPart]) -> String {
             anchor(n),
             escape(&part.name),
             part.kind.name(),
-            escape(&part.finding)
+            page::prose(&part.finding)
         );
     }
     if rows.is_empty() {
         return rows;
     }
-    page::table("<th>result</th><th>of</th><th>found</th>", &rows)
+    page::table("<th>result</th><th>of</th><th class=\"words\">found</th>", &rows)
 }
 
 /// Survival of ensembles in the same axes, as many as are told apart; no panel where there are not two.

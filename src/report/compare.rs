@@ -281,16 +281,42 @@ fn notes(comparison: &Comparison) -> Vec<String> {
     notes
 }
 
+/// How many members captured, variants that are alike together; empty where nothing is captured or missed.
+fn lead(comparison: &Comparison) -> String {
+    let mut alike: Vec<(String, Vec<&str>)> = Vec::new();
+    for (label, captured) in comparison
+        .variants
+        .iter()
+        .filter_map(|variant| Some((variant.label.as_str(), variant.outcome.as_ref()?.captured?)))
+    {
+        let share = format!("{} of {}", captured.captured, captured.of);
+        match alike.iter_mut().find(|(known, _)| *known == share) {
+            Some((_, labels)) => labels.push(label),
+            None => alike.push((share, vec![label])),
+        }
+    }
+    match &alike[..] {
+        [] => String::new(),
+        [(share, labels)] if labels.len() > 1 => {
+            format!("Captured {share} in each of {} variants.", labels.len())
+        }
+        _ => {
+            let words = alike.iter().map(|(share, labels)| format!("{share} with {}", labels.join(", ")));
+            format!("Captured {}.", words.collect::<Vec<_>>().join("; "))
+        }
+    }
+}
+
 /// The page: table and figures, everything within one file.
 fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
     let tables = std::iter::once((&COLUMNS[..], cells(comparison))).chain(more_tables(comparison));
     let tables: String = tables.map(|(columns, cells)| page_table(columns, &cells)).collect();
     let notes: String =
-        notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::escape(note))).collect();
+        notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::prose(note))).collect();
     ResultPage {
         title: &comparison.title,
         kind: "comparison",
-        lead: "",
+        lead: &lead(comparison),
         tables,
         notes: notes + &watching(comparison),
         drawn,

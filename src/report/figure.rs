@@ -1,10 +1,12 @@
 //! Figures of a run, or of several in the same axes, for print: what may be asked for, and the files.
 //!
 //! [`curves`] says which curves a figure has and from where in the results they come, [`strip`] is a row of pictures of net
-//! and target, [`seen`] what of them a viewer sees, [`labels`] how runs are told apart. Widths are those of a column.
+//! and target, [`seen`] what of them a viewer sees, [`labels`] how runs are told apart, [`pixels`] makes PNG of SVG. Widths are
+//! those of a column.
 
 pub mod curves;
 pub mod labels;
+pub mod pixels;
 pub mod seen;
 pub mod strip;
 
@@ -106,6 +108,10 @@ pub struct FigureWords {
     pub view: Vec<String>,
     /// Width, as in `85mm`.
     pub width: Option<String>,
+    /// Kinds of files; none: SVG.
+    pub format: Vec<String>,
+    /// Dots an inch of PNG.
+    pub dpi: Option<f64>,
 }
 
 /// What is drawn.
@@ -119,6 +125,10 @@ pub struct FigureRequest {
     pub views: Vec<View>,
     /// Width [mm].
     pub width: f64,
+    /// Whether there are files of SVG.
+    pub svg: bool,
+    /// Dots an inch of PNG; none: no such files.
+    pub png: Option<f64>,
 }
 
 /// A run with its name in the figures.
@@ -135,10 +145,8 @@ impl FigureWords {
         let known = problems.list.len();
         let of: Vec<FigureKind> = self.of.iter().filter_map(|word| kind(word, problems)).collect();
         let at: Vec<f64> = self.at.iter().filter_map(|word| time(word, problems)).collect();
-        let mut views: Vec<View> = self.view.iter().filter_map(|word| view(word, problems)).collect();
-        if views.is_empty() {
-            views.extend(View::named("side"));
-        }
+        let views: Vec<View> = self.view.iter().filter_map(|word| view(word, problems)).collect();
+        let (svg, png) = self.formats(problems);
         let width = self.width.as_ref().map_or(Some(WIDE), |word| width(word, problems))?;
         let most = ((width + strip::GAP) / (LEAST_PICTURE + strip::GAP)) as usize;
         if at.len() > most {
@@ -151,11 +159,35 @@ impl FigureWords {
         (problems.list.len() == known).then_some(FigureRequest {
             of: (!of.is_empty()).then_some(of),
             at: (!at.is_empty()).then_some(at),
-            views,
+            views: if views.is_empty() { FigureRequest::default().views } else { views },
             width,
+            svg,
+            png,
         })
     }
+
+    /// Whether SVG is wanted, and PNG of how many dots an inch.
+    fn formats(&self, problems: &mut Problems) -> (bool, Option<f64>) {
+        let wanted = |format: &str| self.format.iter().any(|word| word == format);
+        for word in &self.format {
+            let found = FORMATS.iter().find(|format| *format == word);
+            named(found, word, "--format", FORMATS.into_iter(), problems);
+        }
+        let dots = self.dpi.unwrap_or(pixels::USUAL_DOTS);
+        let [least, most] = pixels::DOTS;
+        if wanted("png") && !pixels::CAN {
+            problems.add("--format", "png", format!("svg: {}", pixels::PixelError::Without));
+        } else if self.dpi.is_some() && !wanted("png") {
+            problems.add("--dpi", dots, "--format png: SVG has no dots");
+        } else if !(least..=most).contains(&dots) {
+            problems.add("--dpi", dots, format!("{least} to {most} dots an inch"));
+        }
+        (wanted("svg") || self.format.is_empty(), wanted("png").then_some(dots))
+    }
 }
+
+/// Kinds of files.
+const FORMATS: [&str; 2] = ["svg", "png"];
 
 /// What is called `word`; where nothing is, that is a fault of `place`, which tells all `names`.
 fn named<'a, T>(
@@ -197,6 +229,14 @@ fn width(word: &str, problems: &mut Problems) -> Option<f64> {
         problems.add("--width", word, format!("a width from {least}mm to {most}mm, as in 85mm"));
     }
     found
+}
+
+impl Default for FigureRequest {
+    /// What is drawn where nothing is said.
+    fn default() -> FigureRequest {
+        let views = View::named("side").into_iter().collect();
+        FigureRequest { of: None, at: None, views, width: WIDE, svg: true, png: None }
+    }
 }
 
 impl FigureRequest {
@@ -259,16 +299,24 @@ impl FigureRequest {
         let mut files = files::Together::begin();
         let mut places = Vec::new();
         for kind in self.kinds(runs) {
-            let place = out.join(format!("figure-{}.svg", kind.name()));
+            let place = |ending: &str| out.join(format!("figure-{}.{ending}", kind.name()));
             let svg = match kind {
                 FigureKind::Strip => strip::svg(runs, self),
                 _ => {
                     let panels = curves::panels(kind, runs);
-                    plots::printed(&panels, self.width).map_err(|error| WriteError::new(&place, error))?
+                    plots::printed(&panels, self.width)
+                        .map_err(|error| WriteError::new(&place("svg"), error))?
                 }
             };
-            files.write(&place, |file| file.write_all(svg.as_bytes()))?;
-            places.push(place);
+            if self.svg {
+                places.push(place("svg"));
+                files.write(&place("svg"), |file| file.write_all(svg.as_bytes()))?;
+            }
+            if let Some(dots) = self.png {
+                let drawn = pixels::png(&svg, dots).map_err(|error| WriteError::new(&place("png"), error))?;
+                places.push(place("png"));
+                files.write(&place("png"), |file| file.write_all(&drawn))?;
+            }
         }
         files.appear()?;
         Ok(places)

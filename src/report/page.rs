@@ -57,7 +57,7 @@ impl ResultPage<'_> {
     pub fn html_with(self, more: &str) -> String {
         let lead = match self.lead {
             "" => String::new(),
-            lead => format!("{LEAD}{}</p>\n", escape(lead)),
+            lead => format!("{LEAD}{}</p>\n", prose(lead)),
         };
         let parts = [
             ("title", escape(self.title)),
@@ -171,14 +171,36 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// [`escape`] undone.
+/// [`escape`] of a text whose commands stand between backticks, which a page shows as code.
+pub fn prose(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return escape(text);
+    }
+    let part = |(n, part): (usize, &&str)| match n % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    };
+    parts.iter().enumerate().map(part).collect()
+}
+
+/// [`prose`] undone.
 fn plain(text: &str) -> String {
+    let text = text.replace("<code>", "`").replace("</code>", "`");
     text.replace("&quot;", "\"").replace("&gt;", ">").replace("&lt;", "<").replace("&amp;", "&")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn commands_in_a_text_are_code_and_come_back() {
+        let text = "Run on with `--until settled`: a < b.";
+        assert_eq!(prose(text), "Run on with <code>--until settled</code>: a &lt; b.");
+        assert_eq!(plain(&prose(text)), text);
+        assert_eq!(prose("one ` alone"), "one ` alone");
+    }
 
     #[test]
     fn every_gap_of_the_page_is_known() {

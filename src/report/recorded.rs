@@ -31,7 +31,11 @@ pub struct RecordedRun {
     /// Its net.
     pub net: RecordedNet,
     /// Its target, where it has one.
-    pub target: Option<RecordedTarget>,
+    pub target: Option<RecordedBody>,
+    /// Bodies that effects brought, such as a free chaser.
+    pub brought: Vec<RecordedBody>,
+    /// Where threads end outside the net [m], T; empty where none does.
+    pub ports: Vec<Vector3<f64>>,
 }
 
 /// What the net of a run is made of.
@@ -52,8 +56,10 @@ pub struct RecordedNet {
     pub threads: Vec<Vec<Option<usize>>>,
 }
 
-/// The target of a run.
-pub struct RecordedTarget {
+/// The target of a run, or a body that an effect brought.
+pub struct RecordedBody {
+    /// How its arrays begin.
+    pub name: String,
     /// Centre of mass [m], T.
     pub position: Vec<Vector3<f64>>,
     /// Local frame from body frame, T.
@@ -136,9 +142,20 @@ impl RecordedRun {
             let mut told = Problems::new("");
             let arrays = arrays(npz, &mut told);
             problems.add_below("trajectory.npz", told);
-            let (paths, contact_impulses, tensions, net, target) = arrays?;
+            let Arrays { paths, contact_impulses, tensions, net, target, brought, ports } = arrays?;
             let series = RecordedSeries::read(&folder.join("series.csv"), paths.time.len(), &mut problems)?;
-            Some(RecordedRun { summary: summary?, series, paths, contact_impulses, tensions, net, target })
+            let summary = summary?;
+            Some(RecordedRun {
+                summary,
+                series,
+                paths,
+                contact_impulses,
+                tensions,
+                net,
+                target,
+                brought,
+                ports,
+            })
         });
         problems.into_result(run)
     }
@@ -205,7 +222,16 @@ fn knot_paths(npz: &mut NpzReader<File>, problems: &mut Problems) -> Option<Knot
     })
 }
 
-type Arrays = (KnotPaths, Array3<f64>, Array2<f64>, RecordedNet, Option<RecordedTarget>);
+/// What `trajectory.npz` brings to a [`RecordedRun`].
+struct Arrays {
+    paths: KnotPaths,
+    contact_impulses: Array3<f64>,
+    tensions: Array2<f64>,
+    net: RecordedNet,
+    target: Option<RecordedBody>,
+    brought: Vec<RecordedBody>,
+    ports: Vec<Vector3<f64>>,
+}
 
 /// All of `trajectory.npz` that says what a run looked like.
 fn arrays(npz: &mut NpzReader<File>, problems: &mut Problems) -> Option<Arrays> {
@@ -223,9 +249,19 @@ fn arrays(npz: &mut NpzReader<File>, problems: &mut Problems) -> Option<Arrays> 
             problems.add(name, format!("{found:?}"), format!("{wanted:?}"));
         }
     }
-    let has_target = npz.names().is_ok_and(|names| names.iter().any(|name| name == "target_position"));
-    let target = if has_target { Some(target(npz, n_frames, problems)?) } else { None };
-    problems.list.is_empty().then_some((paths, impulses, tensions, net, target))
+    let names = npz.names().unwrap_or_default();
+    let (mut target, mut brought) = (None, Vec::new());
+    for name in names.iter().filter_map(|name| name.strip_suffix("_points")) {
+        let body = body(npz, name, n_frames, problems)?;
+        if name == "target" { target = Some(body) } else { brought.push(body) }
+    }
+    let mut ports = Vec::new();
+    if names.iter().any(|name| name == "thread_port") {
+        ports = vectors_of(&table(npz, "thread_port", [Some(n_frames), Some(3)], problems)?);
+    }
+    let contact_impulses = impulses;
+    let arrays = Arrays { paths, contact_impulses, tensions, net, target, brought, ports };
+    problems.list.is_empty().then_some(arrays)
 }
 
 fn net(npz: &mut NpzReader<File>, n_knots: usize, problems: &mut Problems) -> Option<RecordedNet> {
@@ -284,42 +320,65 @@ fn ways(rows: &Array2<i64>, n_knots: usize) -> Vec<Vec<Option<usize>>> {
     ways
 }
 
-fn target(npz: &mut NpzReader<File>, n_frames: usize, problems: &mut Problems) -> Option<RecordedTarget> {
-    let mut table = |name: &str, width: usize, height: Option<usize>| {
-        let table = array::<f64, Ix2>(npz, name, problems)?;
-        let fits = table.ncols() == width
-            && height.is_none_or(|height| table.nrows() == height)
-            && table.iter().all(|number| number.is_finite());
-        if !fits {
-            problems.add(name, format!("{:?}", table.shape()), format!("rows of {width} finite numbers"));
-        }
-        fits.then_some(table)
-    };
-    let position = table("target_position", 3, Some(n_frames))?;
-    let attitude = table("target_attitude", 4, Some(n_frames))?;
-    let points = table("target_points", 3, None)?;
-    let triangles = array::<i64, Ix2>(npz, "target_triangles", problems)?;
+/// The body whose arrays begin with `name`.
+fn body(
+    npz: &mut NpzReader<File>,
+    name: &str,
+    n_frames: usize,
+    problems: &mut Problems,
+) -> Option<RecordedBody> {
+    let mut table =
+        |part: &str, size: [Option<usize>; 2]| table(npz, &format!("{name}_{part}"), size, problems);
+    let position = table("position", [Some(n_frames), Some(3)])?;
+    let attitude = table("attitude", [Some(n_frames), Some(4)])?;
+    let points = table("points", [None, Some(3)])?;
+    let triangles = array::<i64, Ix2>(npz, &format!("{name}_triangles"), problems)?;
     let corner = |index: i64| usize::try_from(index).ok().filter(|index| *index < points.nrows());
     let triangles: Option<Vec<[usize; 3]>> = match triangles.ncols() {
         3 => triangles.outer_iter().map(|t| Some([corner(t[0])?, corner(t[1])?, corner(t[2])?])).collect(),
         _ => None,
     };
     let Some(triangles) = triangles else {
-        problems.add("target_triangles", "corners that are no points", "three points of target_points each");
+        let place = format!("{name}_triangles");
+        problems.add(place, "corners that are no points", format!("three points of {name}_points each"));
         return None;
-    };
-    let rows = |table: &Array2<f64>| {
-        table.outer_iter().map(|row| Vector3::new(row[0], row[1], row[2])).collect::<Vec<_>>()
     };
     let turn = |q: ndarray::ArrayView1<f64>| {
         UnitQuaternion::try_new(Quaternion::new(q[0], q[1], q[2], q[3]), 0.5).unwrap_or_default()
     };
-    Some(RecordedTarget {
-        position: rows(&position),
+    Some(RecordedBody {
+        name: name.to_owned(),
+        position: vectors_of(&position),
         attitude: attitude.outer_iter().map(turn).collect(),
-        points: rows(&points),
+        points: vectors_of(&points),
         triangles,
     })
+}
+
+/// The table called `name`, of so many rows and columns where that is known, and of finite numbers.
+fn table(
+    npz: &mut NpzReader<File>,
+    name: &str,
+    size: [Option<usize>; 2],
+    problems: &mut Problems,
+) -> Option<Array2<f64>> {
+    let table = array::<f64, Ix2>(npz, name, problems)?;
+    let fits =
+        table.shape().iter().zip(size).all(|(found, wanted)| wanted.is_none_or(|wanted| *found == wanted));
+    let is_finite = table.iter().all(|number| number.is_finite());
+    if !fits || !is_finite {
+        problems.add(
+            name,
+            format!("{:?}", table.shape()),
+            format!("rows of {} finite numbers", size[1].unwrap_or(0)),
+        );
+    }
+    (fits && is_finite).then_some(table)
+}
+
+/// Rows of three numbers.
+fn vectors_of(table: &Array2<f64>) -> Vec<Vector3<f64>> {
+    table.outer_iter().map(|row| Vector3::new(row[0], row[1], row[2])).collect()
 }
 
 /// The array called `name`.

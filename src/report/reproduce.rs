@@ -121,7 +121,7 @@ pub fn write(out: &Path, all: &Reproduction, drawn: &[(Figure, String)]) -> Resu
         kind: "reproduction",
         lead: &lead(all),
         tables: tables(all),
-        notes: format!("<p>{}</p>\n", page::escape(RULES)),
+        notes: format!("<p>{}</p>\n", page::prose(RULES)),
         drawn,
         provenance: &all.provenance,
         seed: None,
@@ -227,9 +227,9 @@ fn tables(all: &Reproduction) -> String {
     let mut text = String::new();
     for (chapter, rows) in chapters(all) {
         let _ = writeln!(text, "<h2>{}</h2>", page::escape(chapter));
-        let head = ["claim", "source", "here", ""].map(|head| format!("<th>{head}</th>")).concat();
+        let head = "<th>claim</th><th class=\"words\">source</th><th class=\"words\">here</th><th></th>";
         let lines: String = rows.into_iter().map(line).collect();
-        text += &page::table(&head, &lines);
+        text += &page::table(head, &lines);
     }
     text
 }
@@ -237,7 +237,7 @@ fn tables(all: &Reproduction) -> String {
 fn line(row: &ReproducedRow) -> String {
     let why = match row.why.as_str() {
         "" => String::new(),
-        why => format!("<br><small>{}</small>", page::escape(why)),
+        why => format!("<br><small>{}</small>", page::prose(why)),
     };
     format!(
         "<tr class=\"claim\"><td><small>{}</small><br>{}{why}<br><code><small>{}</small></code></td><td class=\"words\">{}</td><td \
@@ -245,8 +245,8 @@ fn line(row: &ReproducedRow) -> String {
         page::escape(&row.place),
         page::escape(&row.says),
         page::escape(&row.command),
-        page::escape(&theirs(&row.source)),
-        page::escape(&ours(&row.finding.measured)),
+        page::prose(&theirs(&row.source)).replace(" %", "&nbsp;%"),
+        page::prose(&ours(&row.finding.measured)).replace(" %", "&nbsp;%"),
         word(row.finding.agreement).replace('–', "open"),
         word(row.finding.agreement)
     )

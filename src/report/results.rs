@@ -13,6 +13,7 @@ use super::files::{self, WriteError};
 use super::replay;
 use crate::audit::Ledger;
 use crate::case::Case;
+use crate::geometry::Hull;
 use crate::interaction::DrawnThread;
 use crate::metrics::capture::Curves;
 use crate::metrics::summary::Summary;
@@ -182,13 +183,14 @@ const UNITS: &str = r#"{"t": "s", "knots": "m", "velocities": "m/s", "tensions":
 "target_parts": "the part of each triangle", "thread_way": "thread and the knot it passes, in order; -1: outside the net",
 "target_position": "m", "target_attitude": "w, x, y, z: local frame from body frame", "target_velocity": "m/s",
 "target_rate": "rad/s, local frame",
+"thread_port": "m, where threads outside the net end, of those that have such an end",
 "threads": "the columns that series.csv has of the threads, by the same names in thread_names"}"#;
 
 /// The same with the bodies that effects brought, whose arrays have the units of the target's.
 fn units(frames: &Frames) -> String {
     let mut units: Map<String, Value> = serde_json::from_str(UNITS).unwrap_or_default();
     for BodyTrack { model, .. } in &frames.brought {
-        for part in ["position", "attitude", "velocity", "rate"] {
+        for part in ["position", "attitude", "velocity", "rate", "points", "triangles", "parts"] {
             let unit = units[&format!("target_{part}")].clone();
             units.insert(format!("{}_{part}", model.name), unit);
         }
@@ -199,8 +201,8 @@ fn units(frames: &Frames) -> String {
 /// `t` [T], `knots`, `velocities` and `contact_impulses` [T, K, 3], `tensions` [T, C], `cables` [C, 2], `grid` [2]; of a target
 /// and of bodies that effects brought, such as a free chaser, `_position`, `_velocity` and `_rate` [T, 3] and `_attitude` [T, 4]; of threads
 /// `threads` [T, N] and `thread_way` [W, 2]. What does not change: `rest_lengths` and `breaking_tensions` [C],
-/// `masses` [K], `bullets` [4], `edge` [E], and the target's hulls as `target_points` [P, 3], `target_triangles` [H, 3] and
-/// `target_parts` [H]. `units` and `thread_names` are text, a byte an entry.
+/// `masses` [K], `bullets` [4], `edge` [E], the hulls of all bodies as `_points` [P, 3], `_triangles` [H, 3] and `_parts` [H].
+/// `thread_port` [T, 3] is where threads end outside the net. `units` and `thread_names` are text, a byte an entry.
 fn trajectory(
     file: impl Write + std::io::Seek,
     case: &Case,
@@ -231,7 +233,10 @@ fn trajectory(
     }
     net_as_built(&mut npz, case.net())?;
     if let Some(target) = case.target() {
-        hulls(&mut npz, &target.parts)?;
+        hulls(&mut npz, "target", target.parts.iter().map(ConvexPart::hull))?;
+    }
+    for BodyTrack { model, .. } in &frames.brought {
+        hulls(&mut npz, &model.name, std::iter::once(Hull::of(&model.corners())))?;
     }
     let text = |text: &str| Array1::from(text.as_bytes().to_vec());
     if !run.reading_names.is_empty() {
@@ -244,10 +249,20 @@ fn trajectory(
         let ways =
             ways.flat_map(|(number, thread)| thread.way.iter().map(move |at| [number as i64, knot(at)]));
         npz.add_array("thread_way", &rows(&ways.collect::<Vec<_>>()))?;
+        if report.threads.iter().any(|thread| thread.way.contains(&None)) {
+            npz.add_array("thread_port", &rows(&ports(report.threads[0].port_of, frames)))?;
+        }
     }
     npz.add_array("units", &text(&units(frames)))?;
     npz.finish()?;
     Ok(())
+}
+
+/// Where threads end outside the net: on the body of that name, or at the middle of the net's container, T [m].
+fn ports(port_of: Option<&str>, frames: &Frames) -> Vec<[f64; 3]> {
+    let track = port_of.and_then(|name| frames.body(name));
+    let at = |frame: usize| track.map(|track| track.frames[frame].to_local(&track.model.port).into());
+    (0..frames.time.len()).map(|frame| at(frame).unwrap_or_default()).collect()
 }
 
 /// What a net is made of.
@@ -267,22 +282,23 @@ fn net_as_built<W: Write + std::io::Seek>(
     npz.add_array("grid", &indices(&net.grid))
 }
 
-/// The outsides of a target's parts.
+/// The outsides of a body's parts.
 fn hulls<W: Write + std::io::Seek>(
     npz: &mut NpzWriter<W>,
-    parts: &[ConvexPart],
+    body: &str,
+    parts: impl Iterator<Item = Option<Hull>>,
 ) -> Result<(), ndarray_npy::WriteNpzError> {
     let (mut points, mut triangles, mut of_part) = (Vec::new(), Vec::new(), Vec::new());
-    for (number, hull) in parts.iter().enumerate().filter_map(|(number, part)| Some((number, part.hull()?))) {
+    for (number, hull) in parts.enumerate().filter_map(|(number, hull)| Some((number, hull?))) {
         let first = points.len() as i64;
         points.extend(hull.vertices.iter().map(|point| [point.x, point.y, point.z]));
         triangles
             .extend(hull.triangles.iter().map(|corners| corners.map(|corner| first + i64::from(corner))));
         of_part.extend(hull.triangles.iter().map(|_| number as i64));
     }
-    npz.add_array("target_points", &rows(&points))?;
-    npz.add_array("target_triangles", &rows(&triangles))?;
-    npz.add_array("target_parts", &Array1::from(of_part))
+    npz.add_array(format!("{body}_points"), &rows(&points))?;
+    npz.add_array(format!("{body}_triangles"), &rows(&triangles))?;
+    npz.add_array(format!("{body}_parts"), &Array1::from(of_part))
 }
 
 /// A row each.
@@ -371,7 +387,7 @@ fn shown_curves<'a>(case: &Case, run: &'a Run, curves: &'a Curves) -> Vec<replay
     let frames = &run.frames;
     let area = |time: &f64| run.mouth_area[(time / run.step).round() as usize];
     let areas: Vec<f64> = frames.time.iter().map(area).collect();
-    let mut shown = vec![curve("area of the bullets", "m2", areas, frames.target.is_empty())];
+    let mut shown = vec![curve("area of the bullets", "m²", areas, frames.target.is_empty())];
     if case.target().is_some() {
         let rates: Vec<f64> = frames.target.iter().map(|body| body.rate.norm()).collect();
         shown.extend([

@@ -178,7 +178,8 @@ pub fn html(stress: &Stress) -> String {
         failing += &format!("<tr>{cells}<td>{}</td><td class=\"words\">{why}</td></tr>\n", word(row.verdict));
     }
     if !failing.is_empty() {
-        html += &page::table("<th>case</th><th>pair</th><th>verdict</th><th>why</th>", &failing);
+        html +=
+            &page::table("<th>case</th><th>pair</th><th>verdict</th><th class=\"words\">why</th>", &failing);
     }
     html + &format!("<div class=\"notes\"><p>{}</p></div>\n", escape(&bounds(stress)))
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use comfy_table::{Cell, CellAlignment};
 
-use super::text_table::TextTable;
+use super::text_table::{TextTable, tied};
 use crate::metrics::retention::Trial;
 use crate::metrics::summary::Summary;
 use crate::metrics::verdict::{Capture, Reason, Verdict};
@@ -222,7 +222,7 @@ impl Rows {
 
     fn text(&mut self, name: &str, value: &str, unit: &str) {
         let value = Cell::new(value).set_alignment(CellAlignment::Right);
-        self.0.add_row(vec![Cell::new(format!("  {name}")), value, Cell::new(unit)]);
+        self.0.add_row(vec![Cell::new(tied(&format!("  {name}"))), value, Cell::new(unit)]);
     }
 
     fn number(&mut self, name: &str, value: f64, unit: &str) {

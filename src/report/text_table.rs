@@ -8,6 +8,7 @@ use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{Cell, ColumnConstraint, ContentArrangement, Row, Table, Width};
 
 /// A table that fits.
+#[derive(Clone)]
 pub struct TextTable {
     table: Table,
     width: Option<u16>,
@@ -48,7 +49,13 @@ impl DerefMut for TextTable {
 
 impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(width) = self.width else { return f.write_str(&self.table.trim_fmt()) };
+        f.write_str(&self.drawn().replace(TIE, " "))
+    }
+}
+
+impl TextTable {
+    fn drawn(&self) -> String {
+        let Some(width) = self.width else { return self.table.trim_fmt() };
         let mut table = self.table.clone();
         table.set_width(width);
         let mut least: Vec<u16> = Vec::new();
@@ -61,25 +68,30 @@ impl fmt::Display for TextTable {
         // A blank at both sides of each, and the border.
         let needed: usize = least.iter().map(|word| usize::from(*word) + 2).sum::<usize>() + 2;
         if needed > usize::from(width) {
-            return f.write_str(&one_below_the_other(&self.table, width));
+            return one_below_the_other(&self.table, width);
         }
         for (index, word) in least.iter().enumerate() {
             if let Some(column) = table.column_mut(index) {
                 column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(word + 2)));
             }
         }
-        f.write_str(&table.trim_fmt())
+        table.trim_fmt()
     }
 }
 
 /// Length of what is not to be broken in a cell.
 fn longest_word(cell: &Cell) -> u16 {
-    let longest = cell.content().split_whitespace().map(|word| word.chars().count()).max();
+    let longest = cell.content().split([' ', '\n']).map(|word| word.chars().count()).max();
     longest.unwrap_or(0).min(1000) as u16
 }
 
 /// A blank at which no line ends.
 const TIE: &str = "\u{a0}";
+
+/// `text` that stays in one line, with the blanks that it begins with.
+pub fn tied(text: &str) -> String {
+    text.replace(' ', TIE)
+}
 
 /// Each row as its first cell, and below it the others, each with the head of its column.
 fn one_below_the_other(table: &Table, width: u16) -> String {
@@ -102,7 +114,7 @@ fn one_below_the_other(table: &Table, width: u16) -> String {
             wrap(&others.join(", "), "  ", width, &mut lines);
         }
     }
-    lines.join("\n").replace(TIE, " ")
+    lines.join("\n")
 }
 
 /// Adds `text` to `lines`, each of which begins with `indent` and is at most `width` long, where words are not longer.
@@ -159,6 +171,22 @@ mod tests {
             "{below}"
         );
         assert!(seven().within(120).to_string().starts_with('┌'));
+    }
+
+    #[test]
+    fn names_below_a_heading_stay_within_it_and_in_one_line() {
+        let mut table = TextTable::new(&["", "", ""]);
+        table.add_row(["deployment", "", ""]);
+        table.add_row([
+            &tied("  travelling distance"),
+            "+0.3838  -0.0042  -0.0049",
+            "of the launch and the work",
+        ]);
+        for width in [48, 60, 90] {
+            let text = table.clone().within(width).to_string();
+            assert!(text.contains("│   travelling distance "), "{width}:\n{text}");
+            assert!(!text.contains(TIE));
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use crate::limits;
 use crate::metrics::summary::Summary;
 use crate::problems::Problems;
-use crate::report::figure::{FigureKind, FigureRequest, ShownRun, WIDE, seen::View};
+use crate::report::figure::{FigureKind, FigureRequest, ShownRun};
 use crate::report::page::{self, escape};
 use crate::report::recorded::RecordedRun;
 use crate::report::rows::KeptRows;
@@ -27,7 +27,7 @@ const IN_LINKS: &AsciiSet =
     &NON_ALPHANUMERIC.remove(b'/').remove(b'.').remove(b'-').remove(b'_').remove(b'+');
 
 /// What a folder may hold, in the order of the page: verdicts and survival first, what methods cost last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ResultKind {
     /// A run.
     Run,
@@ -240,15 +240,14 @@ fn below(html: &str) -> String {
 fn run(folder: &Path) -> Result<Brought, Problems> {
     let run = RecordedRun::read(folder)?;
     let finding = table::verdict(&run.summary);
-    let mut html = format!("<p class=\"lead\">{}</p>\n", escape(&finding));
+    let mut html = format!("<p class=\"lead\">{}</p>\n", page::prose(&finding));
     for warning in &run.summary.warnings {
-        let _ = writeln!(html, "<p class=\"warning\">Warning: {}.</p>", escape(warning));
+        let _ = writeln!(html, "<p class=\"warning\">Warning: {}.</p>", page::prose(warning));
     }
     let summary = run.summary.clone();
     let second = if run.target.is_some() { FigureKind::Closing } else { FigureKind::Deployment };
     let shown = [ShownRun { label: String::new(), run }];
-    let request =
-        FigureRequest { of: None, at: None, views: View::named("side").into_iter().collect(), width: WIDE };
+    let request = FigureRequest::default();
     let mut drawn = Vec::new();
     for kind in [FigureKind::Strip, second, FigureKind::Energy] {
         let mut figure = request
@@ -272,7 +271,7 @@ fn sweep(folder: &Path) -> Result<Brought, Problems> {
     let finding = words.split_once('\n').map_or("", |(_, rest)| rest).replace('\n', " ");
     let html = format!(
         "<p class=\"lead\">{}</p>\n<footer>{}</footer>",
-        escape(&finding),
+        page::prose(&finding),
         page::made(&plan.provenance, None)
     );
     Ok(Brought { title: result.title, finding, html, ..Brought::default() })

@@ -268,14 +268,22 @@ fn is_not_zero(part: &CurvePart) -> bool {
 }
 
 fn motion(run: &RecordedRun) -> Vec<CurveGroup> {
-    let spin = of_columns(run, "spin, body axes", "rad/s", &axes("spin", "rad_s"));
-    let start =
-        |name: &str| run.series.column(name).and_then(|column| column.first().copied()).unwrap_or(0.0);
-    let moved = axes("target", "m").into_iter().filter_map(|(column, name)| {
-        let from = start(&column);
-        Some(part(run, &name, run.series.column(&column)?.iter().map(|at| at - from)))
+    vec![
+        of_columns(run, "spin, body axes", "rad/s", &axes("spin", "rad_s")),
+        attitude(run),
+        displacement(run, "displacement", "target"),
+        displacement(run, "chaser, displacement", "chaser"),
+        of_columns(run, "chaser, spin", "rad/s", &axes("chaser_spin", "rad_s")),
+    ]
+}
+
+/// How far `body` has come from where it was at the start; no parts of one that the run has not.
+fn displacement(run: &RecordedRun, quantity: &'static str, body: &str) -> CurveGroup {
+    let moved = axes(body, "m").into_iter().filter_map(|(column, name)| {
+        let places = run.series.column(&column)?;
+        Some(part(run, &name, places.iter().map(|at| at - places[0])))
     });
-    vec![spin, attitude(run), over_time("displacement", "m", moved.collect())]
+    over_time(quantity, "m", moved.collect())
 }
 
 /// The quaternion with the sign that makes it go on without a jump.

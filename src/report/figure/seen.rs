@@ -1,15 +1,15 @@
-//! What a viewer far away sees of net and target at one time: faces from back to front, and the parts of lines that no face
-//! hides.
+//! What a viewer far away sees of net, target and other bodies at one time: faces from back to front, and the parts of lines that no
+//! face hides.
 //!
-//! Faces are sorted by the distance of their middles (the painter's way); those of a target of several parts are cut small
-//! first, so that the order of middles is that of faces. A line is cut into pieces, and a piece is seen if no face lies
+//! Faces are sorted by the distance of their middles (the painter's way); those of several parts are cut small first, so that
+//! the order of middles is that of faces. A line is cut into pieces, and a piece is seen if no face lies
 //! between its middle and the viewer.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::report::recorded::{RecordedRun, RecordedTarget};
+use crate::report::recorded::{RecordedBody, RecordedRun};
 
 /// A direction to look from, far away: what is seen is as large as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +62,8 @@ impl View {
 /// What a line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeenLine {
-    /// An edge of the target.
-    TargetEdge,
+    /// An edge of the target, or of a body that an effect brought.
+    BodyEdge,
     /// A cable.
     Cable,
     /// A cable of the net's edge.
@@ -83,7 +83,7 @@ pub struct SeenStroke {
     pub near: f64,
 }
 
-/// A face of the target.
+/// A face of the target, or of a body that an effect brought.
 #[derive(Clone, Debug)]
 pub struct SeenFace {
     /// Its corners, to the right and up [m].
@@ -92,7 +92,7 @@ pub struct SeenFace {
     pub light: f64,
 }
 
-/// Net and target as seen.
+/// Net, target and other bodies as seen.
 #[derive(Clone, Debug, Default)]
 pub struct SeenPicture {
     /// Faces, from back to front.
@@ -108,10 +108,10 @@ pub struct SeenPicture {
 /// Pieces that a line is cut into.
 const PIECES: usize = 6;
 
-/// Sides of the small faces of a target of several parts, over its size.
+/// Sides of the small faces of several parts, over the size of the smallest body.
 const SMALL: f64 = 0.1;
 
-/// The target is in the picture while the gap to it is no larger than this, over the size of the larger of the two.
+/// A body is in the picture while the gap to it is no larger than this, over the size of the larger of net and body.
 const GAP: f64 = 0.5;
 
 /// Angle between faces from which the edge between them is drawn, as a cosine: 30 deg.
@@ -129,25 +129,29 @@ impl SeenPicture {
         let knots: Vec<Vector3<f64>> = (0..run.paths.names.n_knots)
             .map(|knot| view.project(&run.paths.at(knot, time).position))
             .collect();
-        let faces = run.target.as_ref().map_or_else(Vec::new, |target| faces(run, target, time, view));
         let net = bounds(&knots);
-        let corners: Vec<Vector3<f64>> = faces.iter().flat_map(|face| face.corners).collect();
-        let is_near = !corners.is_empty() && near(&net, &bounds(&corners));
-        let faces = if is_near { faces } else { Vec::new() };
-        let all: Vec<Vector3<f64>> =
-            knots.iter().copied().chain(faces.iter().flat_map(|face| face.corners)).collect();
-        let [low, high] = bounds(&all);
+        let (mut faces, mut all, mut size) = (Vec::new(), net.to_vec(), f64::INFINITY);
+        for body in run.target.iter().chain(&run.brought) {
+            let of_body = faces_of(run, body, time, view);
+            let corners: Vec<Vector3<f64>> = of_body.iter().flat_map(|face| face.corners).collect();
+            let [low, high] = bounds(&corners);
+            if !corners.is_empty() && near(&net, &[low, high]) {
+                all.extend([low, high]);
+                size = size.min((high - low).norm());
+                faces.extend(of_body);
+            }
+        }
+        let box_of_all = bounds(&all);
         let mut seen =
-            SeenPicture { bounds: [low, high].map(|corner| [corner.x, corner.y]), ..SeenPicture::default() };
+            SeenPicture { bounds: box_of_all.map(|corner| flat(&corner)), ..SeenPicture::default() };
         let facing: Vec<&HullFace> = faces.iter().filter(|face| face.normal.z > 1e-9).collect();
-        let size = (bounds(&corners)[1] - bounds(&corners)[0]).norm();
         let cover = Cover::of(&facing);
         let depths = [net[0].z, net[1].z];
         let mut draw = |line: SeenLine, ends: [Vector3<f64>; 2], lift: f64| {
             seen.strokes.extend(cover.strokes(line, ends, lift, depths));
         };
         for ends in edges(&faces) {
-            draw(SeenLine::TargetEdge, ends, 1e-3 * size);
+            draw(SeenLine::BodyEdge, ends, 1e-3 * size);
         }
         // Cables between knots on the surface cut through its corners: they are seen from a little further out.
         let mut lengths = run.net.rest_lengths.clone();
@@ -160,9 +164,15 @@ impl SeenPicture {
             draw(line, [knots[a], knots[b]], lift);
         }
         for pair in run.net.threads.iter().flat_map(|way| way.windows(2)) {
-            if let [Some(a), Some(b)] = pair {
-                draw(SeenLine::Thread, [knots[*a], knots[*b]], 1.4 * lift);
-            }
+            let ends = match *pair {
+                [Some(a), Some(b)] => [knots[a], knots[b]],
+                // A tether is seen as far as the picture goes.
+                [Some(knot), None] | [None, Some(knot)] => {
+                    within(knots[knot], view.project(&port(run, time)), &box_of_all)
+                }
+                _ => continue,
+            };
+            draw(SeenLine::Thread, ends, 1.4 * lift);
         }
         let is_seen = |bullet: &&usize| !cover.hides(&knots[**bullet], 2.0 * lift);
         seen.bullets = run.net.bullets.iter().filter(is_seen).map(|&bullet| flat(&knots[bullet])).collect();
@@ -188,31 +198,57 @@ fn near(one: &[Vector3<f64>; 2], other: &[Vector3<f64>; 2]) -> bool {
     gap <= GAP * size
 }
 
-/// All faces of the target at `time` [s].
-fn faces(run: &RecordedRun, target: &RecordedTarget, time: f64, view: View) -> Vec<HullFace> {
-    let (at, turn) = pose(run, target, time);
+/// The line from a point in a box towards another, as far as it is within the box to the right and up.
+fn within(from: Vector3<f64>, to: Vector3<f64>, [low, high]: &[Vector3<f64>; 2]) -> [Vector3<f64>; 2] {
+    let share = |axis: usize| {
+        let way = to[axis] - from[axis];
+        let room = if way < 0.0 { low[axis] - from[axis] } else { high[axis] - from[axis] };
+        if way == 0.0 { 1.0 } else { (room / way).clamp(0.0, 1.0) }
+    };
+    [from, from.lerp(&to, share(0).min(share(1)))]
+}
+
+/// Where threads end outside the net at `time` [s].
+fn port(run: &RecordedRun, time: f64) -> Vector3<f64> {
+    let (after, share) = between(run, time);
+    match &run.ports[..] {
+        [] => Vector3::zeros(),
+        [only] => *only,
+        ports => ports[after - 1].lerp(&ports[after], share),
+    }
+}
+
+/// All faces of `body` at `time` [s].
+fn faces_of(run: &RecordedRun, body: &RecordedBody, time: f64, view: View) -> Vec<HullFace> {
+    let (at, turn) = pose(run, body, time);
     let points: Vec<Vector3<f64>> =
-        target.points.iter().map(|point| view.project(&(at + turn * point))).collect();
+        body.points.iter().map(|point| view.project(&(at + turn * point))).collect();
     let face = |corners: &[usize; 3]| {
         let corners = corners.map(|corner| points[corner]);
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
         let length = normal.norm();
         (length > 0.0).then(|| HullFace { corners, normal: normal / length })
     };
-    target.triangles.iter().filter_map(face).collect()
+    body.triangles.iter().filter_map(face).collect()
 }
 
-/// Where the target is at `time` [s], and how it is turned, between two frames.
-fn pose(run: &RecordedRun, target: &RecordedTarget, time: f64) -> (Vector3<f64>, UnitQuaternion<f64>) {
+/// The frame after `time` [s], and how far it is from the one before, from 0 to 1.
+fn between(run: &RecordedRun, time: f64) -> (usize, f64) {
     let times = &run.paths.time;
     let after = times.partition_point(|&t| t <= time).clamp(1, times.len().max(2) - 1);
-    if times.len() < 2 {
-        return (target.position[0], target.attitude[0]);
+    let Some(next) = times.get(after) else { return (after, 0.0) };
+    (after, ((time - times[after - 1]) / (next - times[after - 1])).clamp(0.0, 1.0))
+}
+
+/// Where `body` is at `time` [s], and how it is turned, between two frames.
+fn pose(run: &RecordedRun, body: &RecordedBody, time: f64) -> (Vector3<f64>, UnitQuaternion<f64>) {
+    let (after, share) = between(run, time);
+    if body.position.len() < 2 {
+        return (body.position[0], body.attitude[0]);
     }
-    let share = ((time - times[after - 1]) / (times[after] - times[after - 1])).clamp(0.0, 1.0);
-    let [from, to] = [target.attitude[after - 1], target.attitude[after]];
+    let [from, to] = [body.attitude[after - 1], body.attitude[after]];
     let turn = from.try_slerp(&to, share, 1e-9).unwrap_or(to);
-    (target.position[after - 1].lerp(&target.position[after], share), turn)
+    (body.position[after - 1].lerp(&body.position[after], share), turn)
 }
 
 /// A side of a face: the number of the face, and its ends.
@@ -371,6 +407,14 @@ mod tests {
         assert!((behind[0].ends[0][0] - 0.8).abs() < 1e-12, "hidden up to the face's side: {behind:?}");
         // On the face, as an edge of it is: seen.
         assert_eq!(strokes(0.0)[0].ends, [[0.2, 0.2], [2.0, 0.2]]);
+    }
+
+    #[test]
+    fn a_tether_ends_at_the_side_of_the_picture() {
+        let frame = [Vector3::new(-1.0, -1.0, -1.0), Vector3::new(1.0, 1.0, 1.0)];
+        let ends = |to: [f64; 3]| within(Vector3::new(0.5, 0.0, 0.2), to.into(), &frame)[1];
+        assert!((ends([-5.5, 2.0, 0.2]) - Vector3::new(-1.0, 0.5, 0.2)).norm() < 1e-12);
+        assert_eq!(ends([0.5, 0.9, 7.0]), Vector3::new(0.5, 0.9, 7.0), "depth has no side");
     }
 
     #[test]

@@ -181,7 +181,7 @@ fn picture(body: &mut String, seen: &SeenPicture, middle: [f64; 2], scale: f64) 
         [middle[0] + scale * (point[0] - centre[0]), middle[1] - scale * (point[1] - centre[1])]
     };
     faces(body, seen, &at);
-    let is_edge = |stroke: &&SeenStroke| stroke.line == SeenLine::TargetEdge;
+    let is_edge = |stroke: &&SeenStroke| stroke.line == SeenLine::BodyEdge;
     strokes(body, seen.strokes.iter().filter(is_edge), &at, 50, 0.18);
     for (shade, (grey, width)) in SHADES.iter().enumerate() {
         let of = |line: SeenLine| {

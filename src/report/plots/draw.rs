@@ -417,17 +417,17 @@ where
 /// A number at an axis, with no more digits than its range needs.
 fn tick(value: f64, axis: &Axis) -> String {
     let size = value.abs();
-    if size == 0.0 {
+    let span = if axis.log { size } else { (axis.range[1] - axis.range[0]).abs() };
+    // Zero, or what is left of a zero that rounding missed.
+    if size <= 1e-9 * span && !axis.log || size == 0.0 {
         return "0".to_owned();
     }
-    let span = if axis.log { size } else { (axis.range[1] - axis.range[0]).abs() };
     if !(1e-3..1e5).contains(&span) {
         return format!("{value:.1e}").replace(".0e", "e");
     }
     let decimals = (1.0 - span.log10().floor()).max(0.0) as usize;
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    // What is left of a zero that rounding missed.
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
@@ -443,6 +443,7 @@ mod tests {
         assert_eq!(tick(20000.0, &linear(90000.0)), "20000");
         assert_eq!(tick(0.0002, &linear(0.0009)), "2e-4");
         assert_eq!(tick(-1e-17, &linear(0.4)), "0");
+        assert_eq!(tick(-6.8e-21, &linear(2e-4)), "0");
         let log = Axis::log("", [1e-4, 1e4], 6);
         assert_eq!(["0.01", "1", "1000"], [1e-2, 1.0, 1e3].map(|v| tick(v, &log)));
     }

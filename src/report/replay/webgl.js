@@ -67,9 +67,14 @@ const sources = {
   }`],
 };
 
+// What a processor computes in place of a graphics card takes two to five times the time of the canvas (docs/figures.md).
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i;
+
 function glRenderer(canvas) {
   const gl = canvas.getContext("webgl2", { antialias: true });
   if (!gl) return null;
+  const told = gl.getExtension("WEBGL_debug_renderer_info");
+  if (SOFTWARE.test(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER))) return null;
   const program = ([vertex, fragment]) => {
     const p = gl.createProgram();
     for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
