@@ -20,6 +20,10 @@ const TOO_LONG: &str =
 const LATE_THREAD: &str =
     "a thread is solved before the engine's cables, and gives back at another tension what drew it out";
 
+/// Why bounces with friction of cables may create energy.
+const BOUNCE_AND_RUB: &str = "a restitution of every contact beside friction may give energy where places of one cable bounce at once; \
+     friction after all bounces does not, and lets cables in ten times as deep";
+
 /// Why a penalty force overlaps.
 const SOFT: &str =
     "a penalty force is as soft as knot and target are: heavy bullets press their Hertz depth into it";
