@@ -7,7 +7,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::convert::{engines, engines_pose_of, number, ours, real};
-use super::detector::{Parts, Scan};
+use super::detector::{Scan, ScannedParts};
 use super::rapier::prelude::{ColliderBuilder, ColliderHandle, ContactPair};
 use super::{CABLES, PARTS};
 use crate::net::Net;
@@ -69,7 +69,7 @@ impl Capsules {
 /// Finds where cables are near a target; see [`crate::world::CableDetector`].
 pub struct CableDetector {
     scan: Scan,
-    parts: Parts,
+    parts: ScannedParts,
     solids: Vec<ConvexPart>,
     capsules: Capsules,
     /// Contacts as the engine has them, and their order; kept for their memory.
@@ -89,7 +89,7 @@ struct PlaceInOrder {
 impl CableDetector {
     pub fn new(net: &Net, target: &Target) -> CableDetector {
         let mut scan = Scan::new();
-        let parts = Parts::insert(&mut scan, target, CABLES);
+        let parts = ScannedParts::insert(&mut scan, target, CABLES);
         let capsules = Capsules::insert(&mut scan, net);
         CableDetector {
             scan,

@@ -23,7 +23,7 @@ impl Detector {
     /// Finds contacts of `net` with `target`.
     pub fn new(net: &Net, target: &Target) -> Detector {
         let mut scan = Scan::new();
-        Parts::insert(&mut scan, target, KNOTS);
+        ScannedParts::insert(&mut scan, target, KNOTS);
         let ball = |knot: usize| ColliderBuilder::ball(real(net.radius[knot]));
         let knots = (0..net.n_knots()).map(|knot| scan.insert(ball(knot), KNOTS, PARTS, knot)).collect();
         Detector { scan, knots }
@@ -102,17 +102,17 @@ impl Scan {
 }
 
 /// The parts of a target in a scan, with their poses in the body frame.
-pub struct Parts(Vec<(ColliderHandle, Isometry3<f64>)>);
+pub struct ScannedParts(Vec<(ColliderHandle, Isometry3<f64>)>);
 
-impl Parts {
+impl ScannedParts {
     /// Adds the parts of `target`, which see one group, where they are in the body frame.
-    pub fn insert(scan: &mut Scan, target: &Target, sees: Group) -> Parts {
+    pub fn insert(scan: &mut Scan, target: &Target, sees: Group) -> ScannedParts {
         let parts = target.parts.iter().enumerate();
         let add = parts.map(|(index, part)| {
             let shape = ColliderBuilder::new(shapes::shape(part)).position(engines_pose(&part.pose));
             (scan.insert(shape, PARTS, sees, index), part.pose)
         });
-        Parts(add.collect())
+        ScannedParts(add.collect())
     }
 
     /// Moves them to where the body is.

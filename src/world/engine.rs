@@ -74,7 +74,7 @@ impl World {
 
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::ZERO;
-        physics.integration_parameters = settings::parameters(setup.step, reach);
+        physics.integration_parameters = settings::parameters(setup.step, reach, setup.friction.is_some());
         let knots: Vec<_> = (0..net.n_knots())
             .map(|knot| {
                 physics.bodies.insert(
