@@ -46,6 +46,19 @@ pub fn damping(damping_ratio: f64, knot_mass: f64, stiffness: f64) -> f64 {
     2.0 * damping_ratio * (knot_mass * stiffness).sqrt()
 }
 
+/// What spring and dashpot of a taut cable give together, k (r − l₀) + c ṙ [N]; below zero it would push. The rate is that
+/// of `change` [m] in a time of one over `per_time` [1/s]. Every path has it from here, cable by cable or in arrays.
+#[inline(always)]
+pub fn taut_force(stiffness: f64, damping: f64, stretch: f64, change: f64, per_time: f64) -> f64 {
+    stiffness * stretch + damping * change * per_time
+}
+
+/// Energy that a cable takes up when its stretch goes from `from` to `to`, neither below zero [J].
+#[inline(always)]
+pub fn stored_between(stiffness: f64, from: f64, to: f64) -> f64 {
+    0.5 * stiffness * (to - from) * (to + from)
+}
+
 impl Cable {
     /// Tension (Eq. 3.3) [N], positive when it pulls the ends together.
     ///
@@ -59,13 +72,12 @@ impl Cable {
 
     /// What a taut cable's spring and dashpot give together, k (r − l₀) + c ṙ [N]; below zero it would push.
     pub fn taut_force(&self, length: f64, stretch_rate: f64) -> f64 {
-        self.stiffness * (length - self.rest_length) + self.damping * stretch_rate
+        taut_force(self.stiffness, self.damping, length - self.rest_length, stretch_rate, 1.0)
     }
 
     /// Elastic energy [J]: U = k (r − l₀)² / 2 while r > l₀, else 0.
     pub fn energy(&self, length: f64) -> f64 {
-        let stretch = (length - self.rest_length).max(0.0);
-        0.5 * self.stiffness * stretch * stretch
+        stored_between(self.stiffness, 0.0, (length - self.rest_length).max(0.0))
     }
 
     /// Natural frequency ω of the two end knots on this cable [rad/s].

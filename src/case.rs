@@ -228,10 +228,12 @@ impl Case {
         problems.into_result(Some(self))
     }
 
-    /// Shoots the bullets as they deviate in `member` of an ensemble, where the scene names a chaser.
+    /// Shoots the bullets as they deviate in `member` of an ensemble.
     fn disperse(&mut self, member: u64) {
-        if let Some(chaser) = &self.scene.effects.chaser {
-            self.built.net.shoot(chaser.disperse(net::shots(&self.scene.net, &self.scene.launch), member));
+        let shots = net::shots(&self.scene.net, &self.scene.launch);
+        let dispersed = self.scene.effects.disperse(shots, member);
+        if dispersed != shots {
+            self.built.net.shoot(dispersed);
         }
     }
 

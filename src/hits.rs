@@ -31,8 +31,8 @@ pub struct Hardest {
 }
 
 impl Hits {
-    /// Hears of the contacts of a step of `step` seconds that ended at `time` [s].
-    pub fn hear(&mut self, contacts: &[Contact], time: f64, step: f64) -> Hardest {
+    /// Takes in the contacts of a step of `step` seconds that ended at `time` [s].
+    pub fn record(&mut self, contacts: &[Contact], time: f64, step: f64) -> Hardest {
         let mut hardest = Hardest::default();
         // A hair less than the time: steps of a whole share of it end at its edge.
         let since = time - HIT + 1e-6 * step;
@@ -71,7 +71,7 @@ mod tests {
         {
             let (mut hits, mut hardest) = (Hits::default(), Hardest::default());
             for (index, impulse) in impulses.into_iter().enumerate() {
-                hardest = hits.hear(&[contact(impulse)], step * (index + 1) as f64, step);
+                hardest = hits.record(&[contact(impulse)], step * (index + 1) as f64, step);
             }
             assert!((hardest.impulse - 3e-3).abs() < 1e-15, "{step}: {hardest:?}");
             assert!((hardest.force - 3e-3 / step.max(HIT)).abs() < 1e-12, "{step}: {hardest:?}");
@@ -81,16 +81,16 @@ mod tests {
     #[test]
     fn hits_apart_are_two_and_a_force_is_itself() {
         let mut hits = Hits::default();
-        hits.hear(&[contact(1e-3)], 1e-4, 1e-4);
-        let later = hits.hear(&[contact(2e-3)], 2e-3, 1e-4);
+        hits.record(&[contact(1e-3)], 1e-4, 1e-4);
+        let later = hits.record(&[contact(2e-3)], 2e-3, 1e-4);
         assert_eq!(later.impulse, 2e-3);
-        let pressed = hits.hear(&[Contact { force: 50.0, ..contact(1e-3) }], 4e-3, 1e-4);
+        let pressed = hits.record(&[Contact { force: 50.0, ..contact(1e-3) }], 4e-3, 1e-4);
         assert_eq!(pressed.force, 50.0);
         // A thread that presses on for long has the force that it has.
         let mut hits = Hits::default();
         let mut last = Hardest::default();
         for step in 1..100 {
-            last = hits.hear(&[contact(1e-4)], 1e-4 * f64::from(step), 1e-4);
+            last = hits.record(&[contact(1e-4)], 1e-4 * f64::from(step), 1e-4);
         }
         assert!((last.force - 1.0).abs() < 1e-9, "{last:?}");
     }

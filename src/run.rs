@@ -143,8 +143,8 @@ impl Run {
         self.frames.readings.iter().map(|readings| readings[column]).collect()
     }
 
-    /// What the effect that has closing threads had to say at the end, where there is one.
-    pub fn closing(&self) -> Option<&Report> {
+    /// What the effect that has threads to draw had to say at the end, where there is one.
+    pub fn threads(&self) -> Option<&Report> {
         self.reports.iter().map(|(_, report)| report).find(|report| !report.threads.is_empty())
     }
 
@@ -369,7 +369,7 @@ impl Recorder {
                 }
             }
         }
-        let hardest = self.hits.hear(&state.contacts, state.time, self.step);
+        let hardest = self.hits.record(&state.contacts, state.time, self.step);
         self.impulse = self.impulse.max(hardest.impulse);
         self.extremes.force = self.extremes.force.max(hardest.force);
         for (index, (cable, &tension)) in case.net().cables.iter().zip(&state.tension).enumerate() {

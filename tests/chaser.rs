@@ -6,6 +6,7 @@ use crate::common::{below, case_of, changed, run, scene, small_scene, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
+use tumblenet::effects::Parameters;
 use tumblenet::run::Run;
 use tumblenet::state::Body;
 use tumblenet::study::ensemble::{EnsembleRequest, perturbed};

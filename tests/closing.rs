@@ -13,9 +13,10 @@ use tumblenet::closing::layouts::Route;
 use tumblenet::closing::thread::{Ends, Node};
 use tumblenet::closing::winch::Drive;
 use tumblenet::closing::{Line, Mechanism};
+use tumblenet::effects::closing::ClosingSummary;
 use tumblenet::interaction::SubstepConstraint;
 use tumblenet::metrics::capture::Curves;
-use tumblenet::metrics::summary::{ClosingSummary, Summary};
+use tumblenet::metrics::summary::Summary;
 use tumblenet::run::Run;
 use tumblenet::solver::CableModel;
 use tumblenet::state::Knots;
@@ -39,7 +40,7 @@ impl Done {
     }
 
     fn closing(&self) -> ClosingSummary {
-        self.summary.closing.expect("the scene has a closing mechanism")
+        self.summary.effect_blocks.get("closing").unwrap().expect("the scene has a closing mechanism")
     }
 
     fn limit(&self) -> f64 {
@@ -291,7 +292,7 @@ fn a_closed_net_holds_its_target_when_it_is_tugged_at() {
         r#"effects.tug={"start":{"on":"time","at_s":1.6},"time_s":0.6,"direction":[-1,0,0],"force_n":0.1}"#;
     let held = |name: &str| {
         let done = Done::of(name, &["duration_s=2.3", tug]);
-        let trial = done.summary.retention.and_then(|retention| retention.tug).expect("it was tugged at");
+        let trial = done.summary.retention.and_then(|retention| retention.trial).expect("it was tugged at");
         within("start of the tug, s", trial.from_s, [1.6 - 1e-9, 1.6 + 1e-9]);
         trial.held
     };

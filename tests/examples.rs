@@ -13,10 +13,15 @@ use crate::common::below;
 use nalgebra::Vector3;
 use own_body::{DROGUE, MASS, Spring, Tow};
 use own_effect::Wind;
+use tumblenet::case::Case;
 use tumblenet::failure::{Culprit, Failure};
+use tumblenet::interaction::{Effect, EffectOutput, ForceElement, Interaction, Report};
+use tumblenet::metrics::capture::Curves;
+use tumblenet::metrics::summary::Summary;
 use tumblenet::run::Run;
 use tumblenet::simulation::Simulation;
 use tumblenet::solver::PAIRS;
+use tumblenet::state::State;
 
 /// Before contact the target follows v = w (1 − e^(−c t / m)), whatever the method: none drops a force.
 #[test]
@@ -39,6 +44,44 @@ fn an_effect_from_outside_acts_on_knots_and_target_under_every_pair() {
         let change = run.frames.momentum.last().unwrap() - run.frames.momentum[0] - run.outside_impulse;
         below(&format!("{pair}: momentum"), change.norm() / run.outside_impulse.norm(), 1e-9);
     }
+}
+
+/// What an effect from outside has to say is a block of the summary, and its numbers are scalars that an ensemble or a sweep
+/// has; one that is called as a part of the summary is has its block beside that.
+#[test]
+fn what_an_effect_from_outside_says_is_in_the_summary() {
+    struct Told(Wind);
+    impl Effect for Told {
+        fn forces(&mut self) -> Option<&mut dyn ForceElement> {
+            Some(&mut self.0)
+        }
+        fn output(&mut self) -> Option<&mut dyn EffectOutput> {
+            Some(self)
+        }
+    }
+    impl EffectOutput for Told {
+        fn columns(&self) -> Vec<String> {
+            Vec::new()
+        }
+        fn values(&mut self, _state: &State) -> Vec<f64> {
+            Vec::new()
+        }
+        fn report(&self, _end: &State) -> Report {
+            Report::default().with_numbers(&serde_json::json!({ "speed_m_s": self.0.velocity.norm() }))
+        }
+    }
+    let changes = ["expect=null", "duration_s=0.05", "capture.hold_s=0.04"].map(str::to_owned);
+    let case = Case::load("cubesat-free", &changes).unwrap();
+    let wind = || Told(Wind { velocity: Vector3::x(), on_knot: 1e-4, on_target: 0.0 });
+    let brought = ["wind", "contact"].map(|name| Interaction::new(name, "a wind", wind()));
+    let run = Run::with(&case, brought.into(), |_| {}).unwrap();
+    let summary = Summary::of(&case, &run, &Curves::of(&case, &run)).sound().unwrap();
+    let scalars = summary.scalars();
+    for name in ["wind.speed_m_s", "effects.contact.speed_m_s", "contact.max_impulse_n_s"] {
+        assert!(scalars.iter().any(|(known, _)| known == name), "{name} in {scalars:?}");
+    }
+    let table = tumblenet::report::table::summary(&summary);
+    assert!(table.contains("speed_m_s") && table.contains("1.000"), "{table}");
 }
 
 /// A third body that nothing but its own effect knows: with the chaser it swings as in closed form, and energy, momentum

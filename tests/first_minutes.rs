@@ -247,9 +247,11 @@ fn verbose_says_how_long_each_stage_took() {
     let folder = with_scene(|_| {});
     let output = tumblenet(folder.path(), &["run", "scene.json", "--verbose"]);
     let told = err(&output);
-    for stage in ["reading and checking: 0.", "running: 0.", "  of running, ", "writing: 0."] {
-        assert!(told.lines().any(|line| line.starts_with(stage)), "{stage} in {told}");
+    for stage in ["reading and checking: ", "running: ", "writing: "] {
+        let is_timed = |rest: &str| rest.starts_with(|first: char| first.is_ascii_digit());
+        assert!(told.lines().any(|line| line.strip_prefix(stage).is_some_and(is_timed)), "{stage} in {told}");
     }
+    assert!(told.lines().any(|line| line.starts_with("  of running, ")), "{told}");
     let output = tumblenet(folder.path(), &["run", "scene.json", "--verbose", "--ensemble", "2"]);
     assert!(err(&output).contains("running the members: "), "{}", err(&output));
 }

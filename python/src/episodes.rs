@@ -83,7 +83,7 @@ impl Episode {
             case,
             simulation,
         };
-        episode.look();
+        episode.observe();
         Ok(episode)
     }
 
@@ -97,7 +97,7 @@ impl Episode {
             }
             self.ended = self.step();
         }
-        self.look();
+        self.observe();
     }
 
     /// A step; how it ended the episode, if it did.
@@ -113,7 +113,7 @@ impl Episode {
         if is_decided { Some(Ended::Decided) } else { recorder.is_full().then_some(Ended::OutOfTime) }
     }
 
-    fn look(&mut self) {
+    fn observe(&mut self) {
         let values = self.readings.now(&mut self.simulation, Some(&self.recorder));
         let most = |ending: &str| {
             let column = self.readings.columns.iter().zip(&values).filter(|(name, _)| name.ends_with(ending));

@@ -47,7 +47,7 @@ impl Lock {
     /// Latches what came close, and begins a step.
     pub fn begin(&mut self, knots: &Knots, inverse_mass: &[f64]) {
         if self.n_looks.is_multiple_of(EVERY) {
-            self.look(knots);
+            self.latch_close_pairs(knots);
         }
         self.n_looks += 1;
         for (latch, _) in &mut self.latches {
@@ -64,7 +64,7 @@ impl Lock {
         changed
     }
 
-    fn look(&mut self, knots: &Knots) {
+    fn latch_close_pairs(&mut self, knots: &Knots) {
         let mut i = 0;
         while i < self.free.len() {
             let a = self.free[i];

@@ -325,7 +325,7 @@ impl Thread {
         if self.friction > 0.0 {
             self.share_tension();
         }
-        self.inverse_mass = self.weigh();
+        self.inverse_mass = self.effective_inverse_mass();
     }
 
     /// Begins a step of `step` seconds after which others change the velocities again, and hears what they did last.
@@ -373,7 +373,7 @@ impl Thread {
 
     /// w = Σ gⱼ · fⱼ / mⱼ, with the gradient g and the pull per tension f of each knot; without friction they are the
     /// same.
-    fn weigh(&mut self) -> f64 {
+    fn effective_inverse_mass(&mut self) -> f64 {
         self.gradient.fill(Vector3::zeros());
         sum_up(&mut self.gradient, &self.segments, &self.slots, |segment| segment.along);
         let gradients = self.inverse_masses.iter().zip(&self.gradient).take(self.distinct.len());

@@ -117,9 +117,9 @@ impl ContactPlane {
     }
 
     /// The place before it in a (sub-)step of `step` seconds, where it might be crossed within it; `turn` is the
-    /// attitude of `body`. Most planes need no row: a row is five times as large, and made after this look.
+    /// attitude of `body`. Most planes need no row: a row is five times as large, and made after this.
     #[inline]
-    pub fn look(
+    pub fn predict(
         &mut self,
         net: &impl NetMotion,
         body: &Body,
@@ -212,7 +212,7 @@ impl ContactPlane {
                 (contact.normal, contact.impulse) = self.work.mean_normal();
             }
             if self.work != ContactWork::default() {
-                self.work.settle(&mut contact, before, after);
+                self.work.write_to(&mut contact, before, after);
             }
             contact
         })

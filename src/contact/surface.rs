@@ -204,7 +204,7 @@ impl SurfaceContacts {
         // At the end of the step, if nothing is done.
         let depth = |row: &ContactRow| -(row.gap + step * row.speed);
         for (index, plane) in self.planes.iter_mut().enumerate() {
-            let Some(place) = plane.look(net, body, &turn, step, self.rules.drawn_in) else { continue };
+            let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
             let row = plane.row(&place, net, body, step, &self.rules.parting);
             // A knot between two parts: the one it is deeper in.
             if let (Some(last), Some(of)) = (rows.last_mut(), planes_of.last_mut())

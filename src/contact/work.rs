@@ -37,7 +37,7 @@ impl ContactWork {
     }
 
     /// Writes work and losses within a step from `before` to `after` to `contact`.
-    pub fn settle(&self, contact: &mut Contact, before: &Knots, after: &Knots) {
+    pub fn write_to(&self, contact: &mut Contact, before: &Knots, after: &Knots) {
         let mean = 0.5 * (contact.at_place(&before.velocity) + contact.at_place(&after.velocity));
         contact.work_on_knot = (self.along + self.across).dot(&mean);
         contact.loss = self.from_surface[0] - self.along.dot(&mean);

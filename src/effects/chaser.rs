@@ -20,11 +20,12 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Parameters;
+use super::blocks::SummaryRow;
 use crate::interaction::{Effect, EffectOutput, Interaction, Report, StepObserver};
 use crate::net::Net;
 use crate::options::{BuildContext, BuildOptions};
@@ -80,29 +81,6 @@ pub struct ChaserSummary {
 }
 
 impl Chaser {
-    /// The shots of the bullets [m/s] as they deviate in one member of an ensemble; unchanged without
-    /// deviations.
-    pub fn disperse(&self, shots: [Vector3<f64>; 4], member: u64) -> [Vector3<f64>; 4] {
-        if self.speed_sigma_m_s == 0.0 && self.angle_sigma_deg == 0.0 {
-            return shots;
-        }
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(member);
-        let normal = Normal::standard();
-        let (low, high) = (normal.cdf(-CUT), normal.cdf(CUT));
-        // The same draws whichever deviations are zero, so that one can be changed alone.
-        let mut deviation = || normal.inverse_cdf(random.random_range(low..high));
-        shots.map(|shot| {
-            let speed = shot.norm();
-            let along = if speed > 0.0 { shot / speed } else { Vector3::x() };
-            let across = along.cross(&least_axis(&along)).normalize();
-            let faster = self.speed_sigma_m_s * deviation();
-            let turn = self.angle_sigma_deg.to_radians()
-                * (deviation() * across + deviation() * along.cross(&across));
-            (speed + faster) * (UnitQuaternion::from_scaled_axis(turn) * along)
-        })
-    }
-
     /// The chaser just after the shot of `net`.
     pub fn recoiled(&self, net: &Net) -> Body {
         let centre = Vector3::from(self.centre_m);
@@ -147,6 +125,16 @@ fn least_axis(along: &Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Parameters for Chaser {
+    const ROWS: &'static [SummaryRow] = &[
+        SummaryRow::new("recoil_m_s", "recoil", "mm/s").scaled(1e3),
+        SummaryRow::new("recoil_rad_s", "spin by the shot (body)", "mrad/s").scaled(1e3),
+        SummaryRow::new("turned_rad", "turned through", "rad"),
+    ];
+
+    fn summary(generator: &mut SchemaGenerator) -> Option<Schema> {
+        Some(generator.subschema_for::<ChaserSummary>())
+    }
+
     fn load(&mut self, _files: &Files, place: &str, problems: &mut Problems) {
         let [x, y, z] = self.inertia_kg_m2.map(|moment| moment.0);
         let largest = x.max(y).max(z);
@@ -158,6 +146,27 @@ impl Parameters for Chaser {
 
     fn ask(&self, options: &mut BuildOptions) {
         options.port_of = Some(NAME);
+    }
+
+    fn disperse(&self, shots: [Vector3<f64>; 4], member: u64) -> [Vector3<f64>; 4] {
+        if self.speed_sigma_m_s == 0.0 && self.angle_sigma_deg == 0.0 {
+            return shots;
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(member);
+        let normal = Normal::standard();
+        let (low, high) = (normal.cdf(-CUT), normal.cdf(CUT));
+        // The same draws whichever deviations are zero, so that one can be changed alone.
+        let mut deviation = || normal.inverse_cdf(random.random_range(low..high));
+        shots.map(|shot| {
+            let speed = shot.norm();
+            let along = if speed > 0.0 { shot / speed } else { Vector3::x() };
+            let across = along.cross(&least_axis(&along)).normalize();
+            let faster = self.speed_sigma_m_s * deviation();
+            let turn = self.angle_sigma_deg.to_radians()
+                * (deviation() * across + deviation() * along.cross(&across));
+            (speed + faster) * (UnitQuaternion::from_scaled_axis(turn) * along)
+        })
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {

@@ -14,10 +14,11 @@
 //!   the step, and the tether ends at the body's port; until then it is as good as held, so its mass must
 //!   be well above a knot's.
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::Parameters;
+use super::blocks::SummaryRow;
 use crate::closing::layouts::Layout;
 use crate::closing::lock::Lock;
 use crate::closing::trigger::{Trigger, TriggerWatch};
@@ -112,6 +113,20 @@ impl Closing {
 }
 
 impl Parameters for Closing {
+    const ROWS: &'static [SummaryRow] = &[
+        SummaryRow::new("triggered_s", "winches start", "s").compared("winches\nstart").or("never"),
+        SummaryRow::new("time_to_close_s", "time to close", "s").compared("time to\nclose").or("not closed"),
+        SummaryRow::new("length_end_m", "thread off the reels", "m").compared("thread\nleft"),
+        SummaryRow::new("max_tension_n", "largest tension of a thread", "N").compared("largest\ntension"),
+        SummaryRow::new("time_at_limit_s", "time at the tension limit", "s").compared("at its\nlimit"),
+        SummaryRow::new("winch_work_j", "winch work", "J").compared("winch\nwork"),
+        SummaryRow::new("lost_j", "of it lost at the knots", "J").compared("lost at\nthe knots"),
+    ];
+
+    fn summary(generator: &mut SchemaGenerator) -> Option<Schema> {
+        Some(generator.subschema_for::<ClosingSummary>())
+    }
+
     fn ask(&self, options: &mut BuildOptions) {
         options.has_constraints = true;
         options.pull = options.pull.max(self.max_tension_n.0);

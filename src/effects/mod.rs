@@ -5,6 +5,7 @@
 //! constraints or contacts, and what they do to energy and momentum, which goes to its own row of the
 //! audit. Each has its own timer and counter.
 
+pub mod blocks;
 pub mod cabin;
 pub mod cable_contact;
 pub mod chaser;
@@ -15,7 +16,8 @@ pub mod orbit;
 pub mod self_contact;
 pub mod tug;
 
-use schemars::JsonSchema;
+use nalgebra::Vector3;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use crate::interaction::Interaction;
@@ -23,9 +25,18 @@ use crate::options::{BuildContext, BuildOptions};
 use crate::problems::Problems;
 use crate::read::join;
 use crate::target::files::Files;
+use blocks::SummaryRow;
 
 /// What a scene says of an effect.
 pub trait Parameters {
+    /// How tables show its block of the summary.
+    const ROWS: &'static [SummaryRow] = &[];
+
+    /// The schema of that block; none: it says nothing at the end.
+    fn summary(_generator: &mut SchemaGenerator) -> Option<Schema> {
+        None
+    }
+
     /// Reads the files it names, and checks what no single value shows; faults go to `problems`.
     fn load(&mut self, _files: &Files, _place: &str, _problems: &mut Problems) {}
 
@@ -36,6 +47,11 @@ pub trait Parameters {
 
     /// What it asks of the method and of other effects, before anything is built.
     fn ask(&self, _options: &mut BuildOptions) {}
+
+    /// The shots of the bullets [m/s] as they deviate in `member` of an ensemble.
+    fn disperse(&self, shots: [Vector3<f64>; 4], _member: u64) -> [Vector3<f64>; 4] {
+        shots
+    }
 
     /// The effect at work on what `context` holds.
     fn build(&self, context: &BuildContext<'_>) -> Interaction;
@@ -94,6 +110,30 @@ macro_rules! effects {
                     parameters.ask(&mut options);
                 })*
                 options
+            }
+
+            /// The shots of the bullets [m/s] as they deviate in `member` of an ensemble.
+            pub fn disperse(&self, shots: [Vector3<f64>; 4], member: u64) -> [Vector3<f64>; 4] {
+                $(let shots = match &self.$name {
+                    Some(parameters) => parameters.disperse(shots, member),
+                    None => shots,
+                };)*
+                shots
+            }
+
+            /// How tables show the block that the effect called `name` has in the summary.
+            pub fn rows(name: &str) -> &'static [SummaryRow] {
+                match name {
+                    $(stringify!($name) => <$parameters>::ROWS,)*
+                    _ => &[],
+                }
+            }
+
+            /// Schemas of the blocks that effects may have in the summary.
+            pub fn summaries(generator: &mut SchemaGenerator) -> Vec<(&'static str, Schema)> {
+                let mut list = Vec::new();
+                $(list.extend(<$parameters>::summary(generator).map(|schema| (stringify!($name), schema)));)*
+                list
             }
 
             /// The named effects, in the order of the list, whatever their order in the scene.

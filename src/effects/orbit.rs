@@ -34,7 +34,7 @@ pub struct Orbit {
     pub elements: Option<Elements>,
     /// Direction of the shot in the orbital frame: `v-bar`, or a vector.
     #[serde(default)]
-    pub approach: Approach,
+    pub approach: ShotDirection,
 }
 
 /// Size and shape of an orbit, and where on it the net is shot.
@@ -55,7 +55,7 @@ pub struct Elements {
 /// Direction of the shot, X of the local frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Approach {
+pub enum ShotDirection {
     /// One of the axes.
     Along(Bar),
     /// Radially out, along the flight, along the orbit's normal; of any length but 0 [-].
@@ -78,22 +78,22 @@ pub enum Bar {
     HBar,
 }
 
-impl Default for Approach {
+impl Default for ShotDirection {
     fn default() -> Self {
-        Approach::Along(Bar::VBar)
+        ShotDirection::Along(Bar::VBar)
     }
 }
 
-impl Approach {
+impl ShotDirection {
     /// Direction in the frame (R, V, H) [-].
     fn direction(&self) -> Vector3<f64> {
         match self {
-            Approach::Along(Bar::VBar) => Vector3::y(),
-            Approach::Along(Bar::VBarBehind) => -Vector3::y(),
-            Approach::Along(Bar::RBarAbove) => Vector3::x(),
-            Approach::Along(Bar::RBarBelow) => -Vector3::x(),
-            Approach::Along(Bar::HBar) => Vector3::z(),
-            Approach::Vector(direction) => Vector3::from(*direction),
+            ShotDirection::Along(Bar::VBar) => Vector3::y(),
+            ShotDirection::Along(Bar::VBarBehind) => -Vector3::y(),
+            ShotDirection::Along(Bar::RBarAbove) => Vector3::x(),
+            ShotDirection::Along(Bar::RBarBelow) => -Vector3::x(),
+            ShotDirection::Along(Bar::HBar) => Vector3::z(),
+            ShotDirection::Vector(direction) => Vector3::from(*direction),
         }
     }
 }

@@ -28,9 +28,9 @@ pub struct Retention {
     /// Over one period of the tumbling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn: Option<Trial>,
-    /// Over the tug.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tug: Option<Trial>,
+    /// Over the time in which an effect puts it to the test.
+    #[serde(default, rename = "tug", skip_serializing_if = "Option::is_none")]
+    pub trial: Option<Trial>,
 }
 
 /// A window in which the net must hold.
@@ -56,7 +56,7 @@ impl Retention {
     pub fn of(case: &Case, run: &Run, curves: &Curves) -> Option<Retention> {
         let target = case.target()?;
         let (rule, times) = (&case.scene().capture, &run.frames.time);
-        let tug = run.reports.iter().find_map(|(_, report)| Trial::of(rule, times, curves, report.trial?));
+        let trial = run.reports.iter().find_map(|(_, report)| Trial::of(rule, times, curves, report.trial?));
         let rate = if target.motion == Motion::Fixed { 0.0 } else { target.spin.norm() };
         let mut starts = run.reports.iter().filter_map(|(_, report)| report.start);
         let started = starts.next().map_or(Some(0.0), |(_, start)| start);
@@ -66,7 +66,7 @@ impl Retention {
         let turn = closed
             .filter(|_| rate > 0.0)
             .and_then(|from| Trial::of(rule, times, curves, [from, from + TAU / rate]));
-        (turn.is_some() || tug.is_some()).then_some(Retention { turn, tug })
+        (turn.is_some() || trial.is_some()).then_some(Retention { turn, trial })
     }
 }
 

@@ -1,7 +1,6 @@
 //! The summary of a run: `summary.json`.
 
 use schemars::JsonSchema;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -12,8 +11,8 @@ use super::retention::Retention;
 use super::verdict::Capture;
 use super::warnings;
 use crate::case::Case;
-pub use crate::effects::chaser::ChaserSummary;
-pub use crate::effects::closing::ClosingSummary;
+use crate::effects::Effects;
+use crate::effects::blocks::Blocks;
 use crate::provenance::Provenance;
 use crate::read;
 use crate::run::Run;
@@ -54,12 +53,9 @@ pub struct Summary {
     /// What became of the target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<TargetSummary>,
-    /// How the mouth was closed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub closing: Option<ClosingSummary>,
-    /// How the chaser recoiled.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub chaser: Option<ChaserSummary>,
+    /// What effects had to say, a block each under the effect's name.
+    #[serde(flatten)]
+    pub effect_blocks: Blocks,
     /// Whether the capture held when put to the test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retention: Option<Retention>,
@@ -172,11 +168,7 @@ impl Summary {
             }),
             capture: Capture::of(case, extremes.first_contact.is_some(), &run.frames.time, curves),
             target: target_summary(case, run),
-            closing: block::<ClosingSummary>(run, "closing").map(|closing| ClosingSummary {
-                time_to_close_s: time_to_close(case, run, curves),
-                ..closing
-            }),
-            chaser: block(run, "chaser"),
+            effect_blocks: effect_blocks(case, run, curves),
             retention: Retention::of(case, run, curves),
             cables: CableSummary {
                 max_tension_n: extremes.tension,
@@ -258,7 +250,12 @@ impl Summary {
             .any(|block| name.starts_with(block))
     }
 
-    /// Names of all numbers that a summary may hold.
+    /// Whether `name` is a key of every summary's own.
+    fn has_key(name: &str) -> bool {
+        read::schema::<Summary>()["properties"].get(name).is_some()
+    }
+
+    /// Names of all numbers that a summary may hold, but for those of effects from outside.
     pub fn scalar_names() -> Vec<String> {
         let schema = read::schema::<Summary>();
         let mut names = Vec::new();
@@ -285,10 +282,23 @@ fn target_summary(case: &Case, run: &Run) -> Option<TargetSummary> {
     })
 }
 
-/// The block that effect `name` brings, with what the summary adds to it.
-fn block<T: DeserializeOwned>(run: &Run, name: &str) -> Option<T> {
-    let (_, report) = run.reports.iter().find(|(known, _)| *known == name)?;
-    serde_json::from_value(report.numbers.clone()?).ok()
+/// What each effect had to say; that of one which began to act says how long the mouth then took to close, where it has a
+/// place for it.
+fn effect_blocks(case: &Case, run: &Run, curves: &Curves) -> Blocks {
+    let mut blocks = Blocks::default();
+    for (name, report) in &run.reports {
+        let Some(Value::Object(mut block)) = report.numbers.clone() else { continue };
+        if report.start.is_some()
+            && let Some(place) = block.get_mut("time_to_close_s")
+        {
+            *place = time_to_close(case, run, curves).into();
+        }
+        // One from outside may be called as another part of the summary is.
+        let is_taken = !Effects::NAMES.contains(name) && Summary::has_key(name);
+        let key = if is_taken { format!("effects.{name}") } else { (*name).to_owned() };
+        blocks.0.insert(key, Value::Object(block));
+    }
+    blocks
 }
 
 /// From the start of what closes the mouth until that was first below `capture.mouth_max` [s].

@@ -276,8 +276,7 @@ impl Settling {
 
 /// Whether the net has left the target and nothing brings it back.
 fn has_gone(case: &Case, times: &[f64], curves: &Curves) -> bool {
-    let effects = &case.scene().effects;
-    if effects.closing.is_some() || effects.tug.is_some() {
+    if case.scene().effects.options().pull > 0.0 {
         return false;
     }
     let last = curves.enclosed.len() - 1;

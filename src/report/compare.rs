@@ -14,6 +14,8 @@ use super::page::{self, Figure, ResultPage};
 use super::results;
 use super::table::number;
 use super::text_table::TextTable;
+use crate::effects::Effects;
+use crate::effects::blocks::SummaryRow;
 use crate::study::compare::{Comparison, Outcome};
 use crate::study::ensemble::Share;
 use crate::study::survival::Survival;
@@ -21,10 +23,10 @@ use crate::study::sweep::dependency::DEPLOYMENT;
 use figures::timing;
 
 /// A column: name, in two lines for a terminal, and unit.
-type Column = (&'static str, &'static str);
+type Column<'a> = (&'a str, &'a str);
 
 /// Columns of the table.
-const COLUMNS: [Column; 14] = [
+const COLUMNS: [Column<'static>; 14] = [
     ("variant", ""),
     ("captured", ""),
     ("settled,\nlost", ""),
@@ -41,24 +43,12 @@ const COLUMNS: [Column; 14] = [
     ("over\nbase", "×"),
 ];
 
-/// Columns of the table of closing mechanisms.
-const CLOSING_COLUMNS: [Column; 12] = [
-    ("closing\nmechanism", ""),
-    ("captured", "95 %"),
-    ("held\none turn", ""),
-    ("held\nthe tug", ""),
-    ("winches\nstart", "s"),
-    ("time to\nclose", "s"),
-    ("mouth at\nthe end", "%"),
-    ("thread\nleft", "m"),
-    ("largest\ntension", "N"),
-    ("at its\nlimit", "s"),
-    ("winch\nwork", "J"),
-    ("lost at\nthe knots", "J"),
-];
+/// Columns of the table of an effect, before its own; the first is headed by its name.
+const EFFECT_COLUMNS: [Column<'static>; 4] =
+    [("captured", "95 %"), ("held\none turn", ""), ("held when\ntested", ""), ("mouth at\nthe end", "%")];
 
 /// Columns of the table of nets that fly free (Section 3.2.3), and of what a sub-step costs (Table 3.5).
-const FLIGHT_COLUMNS: [Column; 8] = [
+const FLIGHT_COLUMNS: [Column<'static>; 8] = [
     ("deployment", ""),
     ("largest\narea", "m²"),
     ("deployment\ntime", "s"),
@@ -88,7 +78,7 @@ pub fn write(out: &Path, comparison: &Comparison) -> Result<(), WriteError> {
 pub fn text(comparison: &Comparison) -> String {
     let mut text = format!("{}\n{}", comparison.title, text_table(&COLUMNS, cells(comparison)));
     for (columns, cells) in more_tables(comparison) {
-        text.push_str(&format!("\n{}", text_table(columns, cells)));
+        text.push_str(&format!("\n{}", text_table(&columns, cells)));
     }
     for note in notes(comparison) {
         text.push('\n');
@@ -97,10 +87,11 @@ pub fn text(comparison: &Comparison) -> String {
     text
 }
 
-fn text_table(columns: &[Column], cells: Vec<Vec<String>>) -> TextTable {
+fn text_table(columns: &[Column<'_>], cells: Vec<Vec<String>>) -> TextTable {
     // Units in one line, below names of one or two.
-    let head =
-        |(name, unit): &Column| format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" });
+    let head = |(name, unit): &Column<'_>| {
+        format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" })
+    };
     let heads: Vec<String> = columns.iter().map(|column| head(column).trim_end().to_owned()).collect();
     let mut rows = TextTable::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for row in cells {
@@ -128,10 +119,10 @@ fn cells(comparison: &Comparison) -> Vec<Vec<String>> {
 }
 
 /// Tables beside the first, those that say anything.
-fn more_tables(comparison: &Comparison) -> Vec<(&'static [Column], Vec<Vec<String>>)> {
-    let tables =
-        [(&FLIGHT_COLUMNS[..], flight_cells(comparison)), (&CLOSING_COLUMNS[..], closing_cells(comparison))];
-    tables.into_iter().filter(|(_, cells)| !cells.is_empty()).collect()
+fn more_tables(comparison: &Comparison) -> Vec<(Vec<Column<'static>>, Vec<Vec<String>>)> {
+    let flight = (FLIGHT_COLUMNS.to_vec(), flight_cells(comparison));
+    let effects = Effects::NAMES.iter().map(|name| effect_table(comparison, name));
+    std::iter::once(flight).chain(effects).filter(|(_, cells)| !cells.is_empty()).collect()
 }
 
 /// The cells of the table of free flights; none where a variant has a target.
@@ -153,8 +144,9 @@ fn flight_cells(comparison: &Comparison) -> Vec<Vec<String>> {
     comparison.ran().map(row).collect()
 }
 
-/// The cells of the table of closing mechanisms; none when no variant has one.
-fn closing_cells(comparison: &Comparison) -> Vec<Vec<String>> {
+/// How captures fared beside what the effect called `name` says of them; no cells when it says nothing in any variant.
+fn effect_table(comparison: &Comparison, name: &'static str) -> (Vec<Column<'static>>, Vec<Vec<String>>) {
+    let own: Vec<&SummaryRow> = Effects::rows(name).iter().filter(|row| !row.head.is_empty()).collect();
     let row = |(_, variant, outcome): (usize, &crate::study::compare::Compared, &Outcome)| {
         let median = |name: &str, factor: f64| {
             outcome.median(name).map_or_else(|| "–".to_owned(), |value| short(factor * value))
@@ -169,23 +161,19 @@ fn closing_cells(comparison: &Comparison) -> Vec<Vec<String>> {
                 format!("{} of {} ({low:.0}–{high:.0})", share.captured, share.of)
             },
         );
-        vec![
-            variant.label.clone(),
-            captured,
-            counted(outcome.held_turn),
-            counted(outcome.held_tug),
-            median("closing.triggered_s", 1.0),
-            median("closing.time_to_close_s", 1.0),
-            median("capture.mouth", 100.0),
-            median("closing.length_end_m", 1.0),
-            median("closing.max_tension_n", 1.0),
-            median("closing.time_at_limit_s", 1.0),
-            median("closing.winch_work_j", 1.0),
-            median("closing.lost_j", 1.0),
-        ]
+        let [held_turn, held_trial] = [outcome.held_turn, outcome.held_trial].map(counted);
+        let first = [variant.label.clone(), captured, held_turn, held_trial, median("capture.mouth", 100.0)];
+        first
+            .into_iter()
+            .chain(own.iter().map(|row| median(&format!("{name}.{}", row.key), row.scale)))
+            .collect::<Vec<String>>()
     };
-    let has_any = comparison.ran().any(|(_, _, outcome)| outcome.median("closing.winch_work_j").is_some());
-    if has_any { comparison.ran().map(row).collect() } else { Vec::new() }
+    let says =
+        |outcome: &Outcome| own.iter().any(|row| outcome.median(&format!("{name}.{}", row.key)).is_some());
+    let has_any = comparison.ran().any(|(_, _, outcome)| says(outcome));
+    let columns =
+        std::iter::once((name, "")).chain(EFFECT_COLUMNS).chain(own.iter().map(|row| (row.head, row.unit)));
+    (columns.collect(), if has_any { comparison.ran().map(row).collect() } else { Vec::new() })
 }
 
 /// Share still held at the end of the curve, of those ever held, with its band [%].
@@ -309,8 +297,8 @@ fn lead(comparison: &Comparison) -> String {
 
 /// The page: table and figures, everything within one file.
 fn whole_page(comparison: &Comparison, drawn: &[(Figure, String)]) -> String {
-    let tables = std::iter::once((&COLUMNS[..], cells(comparison))).chain(more_tables(comparison));
-    let tables: String = tables.map(|(columns, cells)| page_table(columns, &cells)).collect();
+    let tables = std::iter::once((COLUMNS.to_vec(), cells(comparison))).chain(more_tables(comparison));
+    let tables: String = tables.map(|(columns, cells)| page_table(&columns, &cells)).collect();
     let notes: String =
         notes(comparison).iter().map(|note| format!("<p>{}</p>\n", page::prose(note))).collect();
     ResultPage {
@@ -349,7 +337,7 @@ fn watching(comparison: &Comparison) -> String {
     page::table("<th>variant</th><th>members</th><th>to watch one</th>", &rows)
 }
 
-fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
+fn page_table(columns: &[Column<'_>], cells: &[Vec<String>]) -> String {
     let mut head = String::new();
     for (name, unit) in columns {
         let unit = if unit.is_empty() { String::new() } else { format!("<small>{unit}</small>") };

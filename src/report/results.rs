@@ -243,7 +243,7 @@ fn trajectory(
         npz.add_array("threads", &of_numbers(&frames.readings))?;
         npz.add_array("thread_names", &text(&run.reading_names.join(",")))?;
     }
-    if let Some(report) = run.closing() {
+    if let Some(report) = run.threads() {
         let knot = |knot: &Option<usize>| knot.map_or(-1, |knot| knot as i64);
         let ways = report.threads.iter().enumerate();
         let ways =
@@ -445,7 +445,7 @@ fn mark(state: Verdict) -> &'static str {
 
 /// Threads and winches, as the replay shows them.
 fn closing(run: &Run) -> Option<replay::ReplayClosing> {
-    let report = run.closing()?;
+    let report = run.threads()?;
     let thread = |drawn: &DrawnThread| {
         let [length_m, off_reels_m, tension_n] = drawn.columns.each_ref().map(|name| run.reading(name));
         replay::ReplayThread { way: drawn.way.clone(), stop_m: drawn.stop, length_m, off_reels_m, tension_n }

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use comfy_table::{Cell, CellAlignment};
+use serde_json::Value;
 
 use super::text_table::{TextTable, tied};
+use crate::effects::Effects;
 use crate::metrics::retention::Trial;
 use crate::metrics::summary::Summary;
 use crate::metrics::verdict::{Capture, Reason, Verdict};
@@ -24,7 +26,7 @@ pub fn summary(summary: &Summary) -> String {
         rows.optional("first contact", contact.first_contact_s, "s", "none");
         rows.number("largest impulse", contact.max_impulse_n_s, "N s");
         rows.number("deepest penetration", contact.max_penetration_m * 1e3, "mm");
-        rows.number("cables through the target", contact.cables_inside as f64, "");
+        rows.text("cables through the target", &contact.cables_inside.to_string(), "");
     }
     if let Some(target) = &summary.target {
         rows.head("target");
@@ -43,12 +45,8 @@ pub fn summary(summary: &Summary) -> String {
         rows.number("relative energy", capture.relative_energy * 100.0, "% of the launch");
         rows.number("turns held", capture.turns_held, "");
     }
-    if let Some(chaser) = &summary.chaser {
-        rows.head("chaser");
-        rows.text("recoil", &vector(&chaser.recoil_m_s.map(|v| 1e3 * v)), "mm/s");
-        rows.text("spin by the shot (body)", &vector(&chaser.recoil_rad_s.map(|w| 1e3 * w)), "mrad/s");
-    }
-    rows.closing_and_holds(summary);
+    rows.effects(summary);
+    rows.holds(summary);
     rows.kept_and_cost(summary);
     let warnings: String = summary.warnings.iter().map(|warning| format!("\nwarning: {warning}.")).collect();
     format!("{}\n{}\n{}{warnings}", summary.title, rows.0, verdict(summary))
@@ -58,7 +56,8 @@ pub fn summary(summary: &Summary) -> String {
 pub fn ensemble(ensemble: &Ensemble) -> String {
     let mut rows = TextTable::new(&["", "least", "quartile", "median", "quartile", "largest", "members"]);
     for (name, spread) in &ensemble.scalars {
-        if !MAIN_BLOCKS.iter().any(|block| name.starts_with(block)) {
+        let block = name.split('.').next().unwrap_or_default();
+        if !MAIN_BLOCKS.iter().any(|block| name.starts_with(block)) && Effects::rows(block).is_empty() {
             continue;
         }
         let numbers = [spread.min, spread.lower, spread.median, spread.upper, spread.max].map(number);
@@ -76,7 +75,9 @@ pub fn ensemble(ensemble: &Ensemble) -> String {
     }
     text.push('\n');
     text.push_str(&ensemble_verdict(ensemble));
-    for (share, trial) in [(ensemble.held_turn, "over one turn"), (ensemble.held_tug, "while tugged at")] {
+    for (share, trial) in
+        [(ensemble.held_turn, "over one turn"), (ensemble.held_trial, "when put to the test")]
+    {
         if let Some(share) = share {
             text.push_str(&format!("\nHeld {trial}: {} of {}.", share.captured, share.of));
         }
@@ -109,8 +110,8 @@ pub fn ensemble_verdict(ensemble: &Ensemble) -> String {
 }
 
 /// Blocks of the summary that the table of an ensemble shows; the file holds all.
-const MAIN_BLOCKS: [&str; 8] =
-    ["deployment.", "contact.", "capture.", "target.", "closing.", "retention.", "conservation.", "wall_s"];
+const MAIN_BLOCKS: [&str; 7] =
+    ["deployment.", "contact.", "capture.", "target.", "retention.", "conservation.", "wall_s"];
 
 /// The verdict in a sentence.
 pub fn verdict(summary: &Summary) -> String {
@@ -170,20 +171,38 @@ pub fn held(trial: &Trial) -> &'static str {
 struct Rows(TextTable);
 
 impl Rows {
-    /// What closes the net, and whether it held when tried.
-    fn closing_and_holds(&mut self, summary: &Summary) {
-        if let Some(closing) = &summary.closing {
-            self.head("closing");
-            self.optional("winches start", closing.triggered_s, "s", "never");
-            self.optional("time to close", closing.time_to_close_s, "s", "not closed");
-            self.number("thread off the reels", closing.length_end_m, "m");
-            self.number("largest tension of a thread", closing.max_tension_n, "N");
-            self.number("time at the tension limit", closing.time_at_limit_s, "s");
-            self.number("winch work", closing.winch_work_j, "J");
+    /// What effects had to say.
+    fn effects(&mut self, summary: &Summary) {
+        for (name, block) in &summary.effect_blocks.0 {
+            self.head(name);
+            let rows = Effects::rows(name);
+            for row in rows {
+                match &block[row.key] {
+                    Value::Number(value) => {
+                        self.number(row.name, row.scale * value.as_f64().unwrap_or(f64::NAN), row.unit);
+                    }
+                    Value::Array(values) => {
+                        let scaled: Vec<f64> =
+                            values.iter().filter_map(Value::as_f64).map(|value| row.scale * value).collect();
+                        self.text(row.name, &vector(&scaled), row.unit);
+                    }
+                    _ => self.text(row.name, row.without, ""),
+                }
+            }
+            // One from outside: its numbers under its own names.
+            for (key, value) in block.as_object().into_iter().flatten().filter(|_| rows.is_empty()) {
+                if let Some(value) = value.as_f64() {
+                    self.number(key, value, "");
+                }
+            }
         }
+    }
+
+    /// Whether the capture held when tried.
+    fn holds(&mut self, summary: &Summary) {
         if let Some(retention) = &summary.retention {
             self.head("holds");
-            for (name, trial) in [("one turn", retention.turn), ("the tug", retention.tug)] {
+            for (name, trial) in [("one turn", retention.turn), ("when put to the test", retention.trial)] {
                 if let Some(trial) = trial {
                     self.text(name, held(&trial), &format!("to {:.2} s", trial.held_until_s));
                 }
@@ -250,8 +269,8 @@ pub fn number(value: f64) -> String {
     }
 }
 
-fn vector(values: &[f64; 3]) -> String {
-    values.map(|value| format!("{value:+.4}")).join("  ")
+fn vector(values: &[f64]) -> String {
+    values.iter().map(|value| format!("{value:+.4}")).collect::<Vec<_>>().join("  ")
 }
 
 #[cfg(test)]

@@ -170,7 +170,7 @@ fn net(case: &Case, run: &Run, frame: usize) -> Piece {
 
 /// The closing threads, over the knots they pass; a stretch outside of the net is left out.
 fn threads(run: &Run, frame: usize) -> Option<Piece> {
-    let report = run.closing()?;
+    let report = run.threads()?;
     let reading = |thread: &DrawnThread, column: usize| {
         let place = run.reading_names.iter().position(|name| *name == thread.columns[column]);
         place.map_or(0.0, |place| run.frames.readings[frame][place])

@@ -113,9 +113,9 @@ pub struct Outcome {
     /// Share that held the target over one period of its tumbling, of those decided (`retention.turn`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_turn: Option<Share>,
-    /// Share that held the target while it was tugged at, of those decided (`retention.tug`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub held_tug: Option<Share>,
+    /// Share that held the target while an effect put the capture to the test, of those decided (`retention.tug`).
+    #[serde(default, rename = "held_tug", skip_serializing_if = "Option::is_none")]
+    pub held_trial: Option<Share>,
     /// Quartiles of every number of the summaries.
     pub scalars: BTreeMap<String, Quartiles>,
     /// Difference between its own members: chaos. Absent with fewer than two.
@@ -285,7 +285,7 @@ impl Outcome {
             survival: Survival::of(&summaries),
             verdicts: ended,
             held_turn: Share::held(&summaries, |retention| retention.turn),
-            held_tug: Share::held(&summaries, |retention| retention.tug),
+            held_trial: Share::held(&summaries, |retention| retention.trial),
             scalars: values.into_iter().map(|(name, values)| (name, Quartiles::of(values))).collect(),
             own: Separation::of(&pairs, request.trust_distance_m),
             against_base: None,

@@ -103,9 +103,9 @@ pub struct Ensemble {
     /// Share that held the target over one period of its tumbling, of those decided (`retention.turn`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_turn: Option<Share>,
-    /// Share that held the target while it was tugged at, of those decided (`retention.tug`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub held_tug: Option<Share>,
+    /// Share that held the target while an effect put the capture to the test, of those decided (`retention.tug`).
+    #[serde(default, rename = "held_tug", skip_serializing_if = "Option::is_none")]
+    pub held_trial: Option<Share>,
     /// What was drawn for each member; absent where nothing is uncertain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drawn: Option<Drawn>,
@@ -311,7 +311,7 @@ impl Ensemble {
             survival: Survival::of(&summaries),
             verdicts: ended,
             held_turn: Share::held(&summaries, |retention| retention.turn),
-            held_tug: Share::held(&summaries, |retention| retention.tug),
+            held_trial: Share::held(&summaries, |retention| retention.trial),
             drawn: Drawn::of(case, request),
             failures: members
                 .iter()

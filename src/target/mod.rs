@@ -113,7 +113,7 @@ impl Target {
 
         // The given number itself, not its parts' rounded sum.
         let mass = total.unwrap_or_else(|| masses.iter().sum());
-        let bounding_radius = parts.iter().map(ConvexPart::reach).fold(0.0, f64::max);
+        let bounding_radius = parts.iter().map(ConvexPart::bounding_radius).fold(0.0, f64::max);
         let inertia = match found.shape.inertia_kg_m2 {
             Some(given) => mass::check_inertia(given, mass, bounding_radius, &found.place, problems)?,
             None => inertia_from_parts,

@@ -301,7 +301,7 @@ impl ConvexPart {
     }
 
     /// Distance from the origin of the body frame to the furthest point of the part [m].
-    pub fn reach(&self) -> f64 {
+    pub fn bounding_radius(&self) -> f64 {
         self.primitive.reach_from(&self.to_part(&Vector3::zeros()))
     }
 
@@ -376,7 +376,7 @@ impl Solid {
         let pose = pose_of(part);
         let piece = |primitive| ConvexPart { name: part.name.clone(), primitive, pose, mass: 0.0 };
         let pieces: Vec<ConvexPart> = primitives.into_iter().map(piece).collect();
-        for length in pieces.iter().flat_map(|piece| [piece.primitive.thickness(), piece.reach()]) {
+        for length in pieces.iter().flat_map(|piece| [piece.primitive.thickness(), piece.bounding_radius()]) {
             if !LENGTHS.contains(&length) {
                 let allowed = "thickness and distance from the shape's origin from 1e-6 m to 1e6 m";
                 problems.add(place, format!("a length of {length:e} m"), allowed);

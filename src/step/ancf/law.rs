@@ -29,14 +29,14 @@ pub(super) struct ElementLaw {
 
 /// What the points of the quadrature give, over E A / l [m].
 #[derive(Default)]
-struct Pull {
+struct InternalForce {
     /// On r₁ − r₀, σ₀ and σ₁.
     on: [[Lanes; 3]; 3],
     /// Largest strain [-].
     strain: Lanes,
 }
 
-impl Pull {
+impl InternalForce {
     /// Adds what `point` gives where an element has r₁ − r₀, σ₀ and σ₁ as in `shape`.
     #[inline(always)]
     fn add(&mut self, point: &GaussPoint, shape: &[[Lanes; 3]; 3], inverse_square: &Lanes) {
@@ -104,7 +104,7 @@ impl ElementLaw {
             let [r0, r1] = [&first.position, &second.position].map(|axes| lanes_of(axes, at));
             let shape = [apart(&r1, &r0), lanes_of(&slope.position, at), lanes_of(&other.position, at)];
             let inverse_square = lanes(&self.inverse_square, at);
-            let mut pull = Pull::default();
+            let mut pull = InternalForce::default();
             for point in &self.points {
                 pull.add(point, &shape, &inverse_square);
             }

@@ -11,7 +11,7 @@ use pulp::{Arch, NullaryFnOnce};
 
 use super::dopri5::Dopri5;
 use super::secant::{self, Secant};
-use crate::cable::Cable;
+use crate::cable::{Cable, taut_force};
 use crate::net::Net;
 use crate::solver::Integrator;
 use crate::state::Knots;
@@ -134,7 +134,7 @@ impl ExplicitNet {
             moved |= (0..3).any(|axis| self.position[axis][at] != knots.position[knot][axis]);
             kinetic += 0.5 * knots.velocity[knot].norm_squared() / self.inverse_mass[at];
         }
-        secant.weigh(kinetic);
+        secant.observe_kinetic(kinetic);
         if moved {
             secant.displace();
         }
@@ -467,7 +467,7 @@ impl CableRuns {
             let length = (dx * dx + dy * dy + dz * dz).sqrt();
             let inverse = 1.0 / length;
             let stretch = length - rest_length[i];
-            let law = (stiffness[i] * stretch + damping[i] * parting * inverse).max(0.0);
+            let law = taut_force(stiffness[i], damping[i], stretch, parting, inverse).max(0.0);
             let taut = stretch > 0.0;
             tension[i] = tension[i].max(if taut { law } else { 0.0 });
             let along = if taut { law * inverse } else { 0.0 };

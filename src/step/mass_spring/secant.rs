@@ -31,7 +31,7 @@
 use pulp::{Arch, NullaryFnOnce};
 
 use super::kernel::{CableRun, CableRuns, Components};
-use crate::cable::Cable;
+use crate::cable::{Cable, stored_between, taut_force};
 
 /// β: how much of the motion of its ends a cable's debt may take.
 const GENTLE: f64 = 2.0;
@@ -110,13 +110,13 @@ impl Secant {
         }
     }
 
-    /// Hears that knots were moved other than by their own velocities.
+    /// Takes note that knots were moved other than by their own velocities.
     pub fn displace(&mut self) {
         self.stale = true;
     }
 
-    /// Hears of the kinetic energy of the net [J].
-    pub fn weigh(&mut self, kinetic: f64) {
+    /// Takes in the kinetic energy of the net [J].
+    pub fn observe_kinetic(&mut self, kinetic: f64) {
         self.scale = self.scale.max(kinetic);
     }
 
@@ -316,8 +316,8 @@ impl Secant {
             let moves = change.abs() > 1e-14 * r1;
             let always = if s0 > 0.0 { 1.0 } else { 0.0 };
             let share = if moves { (s1 - s0) / change } else { always };
-            let tension =
-                (share * (0.5 * stiffness[i] * (s0 + s1) + damping[i] * change * over_step)).max(0.0);
+            let mean = taut_force(stiffness[i], damping[i], 0.5 * (s0 + s1), change, over_step);
+            let tension = (share * mean).max(0.0);
             let room = change * change + (debt[i].abs() + floor) * step * step * gentle[i];
             // Knots at one place have no direction, and nothing to pull along it.
             let along = (tension + debt[i] * change / room) / (length[i] + r1).max(f64::MIN_POSITIVE);
@@ -346,7 +346,7 @@ impl Secant {
             for start in (0..run.length).step_by(CHUNK) {
                 let piece = run.piece(start, CHUNK);
                 let active = self.active[chunk];
-                self.settle(&piece, strands, step, active, &mut debts, &mut dissipated);
+                self.close_part(&piece, strands, step, active, &mut debts, &mut dissipated);
                 chunk += 1;
             }
         }
@@ -355,7 +355,7 @@ impl Secant {
 
     /// Books the part for the cables of `run`: where their ends went, what they owe, what they took.
     #[inline(always)]
-    fn settle(
+    fn close_part(
         &mut self,
         run: &CableRun,
         strands: &CableRuns,
@@ -395,7 +395,7 @@ impl Secant {
             let change = end[i] - length[i];
             let s0 = (length[i] - rest_length[i]).max(0.0);
             let s1 = (end[i] - rest_length[i]).max(0.0);
-            let stored = 0.5 * stiffness[i] * (s1 - s0) * (s1 + s0);
+            let stored = stored_between(stiffness[i], s0, s1);
             let asked = stored + damping[i] * (s1 - s0) * change * over_step;
             // T ≥ 0: what the law asks for has the sign of the change.
             let asked = if change > 0.0 { asked.max(0.0) } else { asked.min(0.0) };

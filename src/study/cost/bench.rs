@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::budget::{self, Budget};
-use super::dials::Setting;
+use super::dials::DialSetting;
 use super::errors::Evaluation;
 use super::reference::{Reference, Window};
 use super::timing::{Cost, timed};
@@ -33,7 +33,7 @@ struct Sample {
 
 /// The settings under measurement.
 pub struct BenchmarkRunner<'a, S> {
-    settings: &'a [Setting],
+    settings: &'a [DialSetting],
     reference: Option<&'a Reference>,
     store: &'a S,
     samples: Vec<Vec<Sample>>,
@@ -45,7 +45,7 @@ pub struct BenchmarkRunner<'a, S> {
 impl<'a, S: Store> BenchmarkRunner<'a, S> {
     /// A bench for `settings` of a scene that, as written, is the work `written`.
     pub fn new(
-        settings: &'a [Setting],
+        settings: &'a [DialSetting],
         reference: Option<&'a Reference>,
         store: &'a S,
         written: &'a Work,
@@ -158,7 +158,7 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
 }
 
 impl MeasuredSetting {
-    fn of(setting: &Setting, samples: &[Sample], left_out: Option<String>) -> MeasuredSetting {
+    fn of(setting: &DialSetting, samples: &[Sample], left_out: Option<String>) -> MeasuredSetting {
         let worth = samples.first().and_then(|sample| sample.outcome.as_ref().ok());
         let failure = samples.first().and_then(|sample| sample.outcome.as_ref().err());
         let case = setting.case.as_ref();

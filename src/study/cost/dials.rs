@@ -49,7 +49,7 @@ pub enum DialKind {
 
 /// One position of one dial.
 #[derive(Clone)]
-pub struct Setting {
+pub struct DialSetting {
     /// What it changes.
     pub kind: DialKind,
     /// The dial, and what else stands fixed: a line of the diagram.
@@ -86,7 +86,7 @@ pub const FAMILIES: [&str; 12] = [
 /// A list of settings that grows.
 struct Dials<'a> {
     source: &'a Source,
-    list: Vec<Setting>,
+    list: Vec<DialSetting>,
 }
 
 impl Dials<'_> {
@@ -100,12 +100,12 @@ impl Dials<'_> {
     ) {
         let mut source = self.source.clone();
         let case = source.set(changes).and_then(|()| Case::build(&source));
-        self.list.push(Setting { kind, family, label, value, changes: changes.to_vec(), case });
+        self.list.push(DialSetting { kind, family, label, value, changes: changes.to_vec(), case });
     }
 }
 
 /// Every position of every dial that the scene `source`, built as `base`, has.
-pub fn settings(source: &Source, base: &Case) -> Vec<Setting> {
+pub fn settings(source: &Source, base: &Case) -> Vec<DialSetting> {
     let mut dials = Dials { source, list: Vec::new() };
     dials.add(DialKind::Method, AS_WRITTEN, AS_WRITTEN.to_owned(), None, &[]);
     joints(&mut dials, base);
@@ -285,7 +285,7 @@ fn plain(value: f64) -> String {
 mod tests {
     use super::*;
 
-    fn dials(scene: &str) -> Vec<Setting> {
+    fn dials(scene: &str) -> Vec<DialSetting> {
         let mut source = Source::find(scene).unwrap();
         source.set(&["expect=null".to_owned()]).unwrap();
         settings(&source, &Case::build(&source).unwrap())

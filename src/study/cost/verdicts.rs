@@ -12,7 +12,7 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::Store;
 use super::budget::forecast;
-use super::dials::{AS_WRITTEN, DialKind, Setting};
+use super::dials::{AS_WRITTEN, DialKind, DialSetting};
 use super::errors::Ending;
 use super::timing::timed;
 use crate::case::Case;
@@ -121,7 +121,7 @@ pub struct Asked<'a> {
 pub fn distributions(
     source: &Source,
     base: &Case,
-    settings: &[Setting],
+    settings: &[DialSetting],
     asked: &Asked<'_>,
     store: &impl Store,
     tell: &mut impl FnMut(&str),
@@ -130,7 +130,7 @@ pub fn distributions(
     let mut finer = source.clone();
     let finer = finer.set(&[format!("solver.step_s={half:e}")]).and_then(|()| Case::build(&finer));
     let finest = finer.as_ref().map(|case| ("as written, half the step", case));
-    let matters = |setting: &&Setting| {
+    let matters = |setting: &&DialSetting| {
         setting.kind != DialKind::Method
             || FAMILIES.contains(&setting.family)
             || COARSE.contains(&setting.label.as_str())

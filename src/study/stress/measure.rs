@@ -100,7 +100,7 @@ impl Measured {
                 failure = Some(error.to_string());
                 break;
             }
-            gauge.look(case, &simulation);
+            gauge.observe(case, &simulation);
         }
         Measured {
             failure,
@@ -178,7 +178,7 @@ impl Gauge {
     }
 
     /// Takes in the state after a step.
-    fn look(&mut self, case: &Case, simulation: &Simulation) {
+    fn observe(&mut self, case: &Case, simulation: &Simulation) {
         self.conserve(case, simulation);
         let state = &simulation.state;
         for cable in case.net().cables.iter() {
