@@ -1,7 +1,8 @@
 // ---------------------------------------------------------------- panel
 
 $("title").textContent = run.title;
-$("source").textContent = $("source").title = run.source || "";
+$("source").textContent = run.source || "";
+$("about").hidden = !run.source;
 for (const words of run.warnings) {
   const line = document.createElement("p");
   line.textContent = words + ".";
