@@ -149,6 +149,7 @@ impl EngineContacts {
                 velocity: parting * contact.normal,
                 speed: parting,
                 wanted_speed,
+                bounces: true,
                 softness: 0.0,
                 impulse: 0.0,
                 friction: Vector3::zeros(),

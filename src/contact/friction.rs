@@ -41,6 +41,7 @@ mod tests {
             velocity: Vector3::new(-1.0, 3.0, 4.0),
             speed: -1.0,
             wanted_speed: 0.0,
+            bounces: false,
             softness: 0.0,
             impulse: 0.2,
             friction: Vector3::zeros(),

@@ -143,6 +143,7 @@ fn held_row(
         velocity: Vector3::zeros(),
         speed: 0.0,
         wanted_speed: 0.0,
+        bounces: false,
         softness: 0.0,
         impulse: 0.0,
         friction: Vector3::zeros(),

@@ -172,6 +172,7 @@ impl ContactPlane {
             velocity,
             speed,
             wanted_speed: parting.wanted_speed(gap, [speed_before, speed], self.radius, step),
+            bounces: parting.bounces(gap, [speed_before, speed], self.radius),
             softness: 0.0,
             impulse: self.impulse,
             friction: Vector3::zeros(),

@@ -37,6 +37,8 @@ pub struct ContactRow {
     pub speed: f64,
     /// Least speed of parting that is wanted at the end, w* [m/s].
     pub wanted_speed: f64,
+    /// Whether that is of a bounce.
+    pub bounces: bool,
     /// γ: by how much the row gives way to its own impulse [1/kg]; 0: not at all.
     pub softness: f64,
     /// Impulse on the net along the normal [N s]; at first a guess, where the solver takes one.
@@ -250,11 +252,9 @@ impl Parting {
     /// answer: off the first alone strands made 0.15 of the launch energy. And what is deeper in than its radius was not
     /// hit now: a strand wedged between two others bounced between them, and made 0.1. (Explicit cables keep
     /// energy better by Moreau's rule alone: 1.9e-4 at most in 8 runs with e = 1, for 2.4e-3.)
-    pub fn wanted_speed(&self, gap: f64, [before, now]: [f64; 2], radius: f64, step: f64) -> f64 {
-        let hit = if self.in_turn { before.max(now) } else { before };
-        let is_through = self.in_turn && gap <= -radius;
-        if self.restitution > 0.0 && hit < 0.0 && !is_through {
-            -self.restitution * hit
+    pub fn wanted_speed(&self, gap: f64, speeds: [f64; 2], radius: f64, step: f64) -> f64 {
+        if self.bounces(gap, speeds, radius) {
+            -self.restitution * self.hit(speeds)
         } else if gap >= 0.0 {
             -gap / step
         } else {
@@ -263,6 +263,16 @@ impl Parting {
                 PushOut::Time(time) => (-gap).min(radius) / time.max(step),
             }
         }
+    }
+
+    /// Whether that is of a bounce.
+    pub fn bounces(&self, gap: f64, speeds: [f64; 2], radius: f64) -> bool {
+        let is_through = self.in_turn && gap <= -radius;
+        self.restitution > 0.0 && self.hit(speeds) < 0.0 && !is_through
+    }
+
+    fn hit(&self, [before, now]: [f64; 2]) -> f64 {
+        if self.in_turn { before.max(now) } else { before }
     }
 }
 
@@ -292,6 +302,7 @@ mod tests {
             velocity: Vector3::zeros(),
             speed: 0.0,
             wanted_speed: 0.0,
+            bounces: false,
             softness: 0.0,
             impulse: 0.0,
             friction: Vector3::zeros(),

@@ -3,7 +3,7 @@
 //! | solver | rows | normal impulses | friction (Eq. 4.10) |
 //! |---|---|---|---|
 //! | [`super::woodbury`] | of different knots | all at once | at the velocities before |
-//! | [`super::gauss_seidel`] | may share knots | pass by pass | row by row, at the velocities so far |
+//! | [`super::gauss_seidel`] | may share knots | pass by pass | row by row, at the velocities so far; before the engine's cables within the passes, but for rows that bounce |
 //! | [`super::penalty`] of knots | of different knots | each by its own overlap | at the velocities before |
 //! | [`super::penalty`] of cables | may share knots | each by its own overlap | row by row, at the velocities so far |
 //!
@@ -82,8 +82,8 @@ impl ContactSolver {
                 self.rub_in_turn(rows, net, body, target);
             }
             NormalSolver::GaussSeidel { lookahead: None } => {
-                gauss_seidel::solve(rows, None, net, body, target, IterationLimits::WHOLE);
-                self.rub_in_turn(rows, net, body, target);
+                let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });
+                gauss_seidel::solve(rows, rubbing, net, body, target, IterationLimits::WHOLE);
             }
             NormalSolver::GaussSeidel { lookahead: Some(lookahead) } => {
                 let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });

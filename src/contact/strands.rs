@@ -293,6 +293,7 @@ impl StrandContacts {
             velocity,
             speed,
             wanted_speed: self.parting.wanted_speed(gap, [speed_before, speed], radius, step),
+            bounces: self.parting.bounces(gap, [speed_before, speed], radius),
             softness: 0.0,
             // From nothing: in a wad the impulses of the step before are no guess, and passes that end
             // before they have taken a bad one back leave its energy behind.

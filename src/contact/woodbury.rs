@@ -158,6 +158,7 @@ mod tests {
                     velocity,
                     speed,
                     wanted_speed: speed + 1.0 + vector(1.0).x,
+                    bounces: false,
                     softness: 0.0,
                     impulse: 0.0,
                     friction: Vector3::zeros(),
