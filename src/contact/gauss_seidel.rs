@@ -49,6 +49,11 @@ impl IterationLimits {
     /// is not solved comes in, and work pushes it out. With 50 it is 2.4e-4 and 2.0e-4, with 200 the same, and the Cubesat's
     /// capture takes no longer, for most answers end by the tolerance; with one of 1e-4 it takes a tenth more.
     pub const AHEAD: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-3 };
+
+    /// The same of strands of the net. What of a chain of bounces is left approaching is lost, and what is wanted of all at
+    /// once may be more than there was: with full restitution 48 members made 2e-4 of the energy at hand in the middle and
+    /// 3e-3 at most with 12 passes, 4.2e-3 and 0.1 with 50.
+    pub const AHEAD_OF_STRANDS: IterationLimits = IterationLimits { passes: 12, tolerance: 1e-3 };
 }
 
 /// Friction of the first so many rows, solved in the same passes.

@@ -10,6 +10,7 @@
 
 use super::cable_planes::CablePlanes;
 use super::engine::EngineContacts;
+use super::gauss_seidel::IterationLimits;
 use super::lookahead::Lookahead;
 use super::penalty::PenaltyForce;
 use super::row::{NetMotion, Parting, PushOut};
@@ -64,7 +65,9 @@ impl ContactSettings<'_> {
         let coupled = self.coupled;
         let normal = match self.solver.contact {
             ContactModel::Rapier => return None,
-            ContactModel::Impulse if coupled => NormalSolver::GaussSeidel { lookahead: None },
+            ContactModel::Impulse if coupled => {
+                NormalSolver::GaussSeidel { lookahead: None, limits: IterationLimits::WHOLE }
+            }
             ContactModel::Impulse => NormalSolver::Woodbury(Woodbury::default()),
             ContactModel::Penalty => NormalSolver::Penalty {
                 force: PenaltyForce::new(self.net, &self.solver.penalty),
@@ -90,7 +93,8 @@ impl ContactSettings<'_> {
             let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
             NormalSolver::Penalty { force, deepest: Some(deepest) }
         } else {
-            NormalSolver::GaussSeidel { lookahead: in_turn.then(|| Lookahead::new(net)) }
+            let limits = if in_turn { IterationLimits::AHEAD } else { IterationLimits::WHOLE };
+            NormalSolver::GaussSeidel { lookahead: in_turn.then(|| Lookahead::new(net)), limits }
         };
         SurfaceContacts::new(
             Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),

@@ -32,6 +32,8 @@ pub enum NormalSolver {
     GaussSeidel {
         /// The engine's rows, where it moves the cables after ours have acted.
         lookahead: Option<Lookahead>,
+        /// How far to go.
+        limits: IterationLimits,
     },
     /// A force that grows with the overlap.
     Penalty {
@@ -81,13 +83,13 @@ impl ContactSolver {
                 apply_normal(rows, net, body, target);
                 self.rub_in_turn(rows, net, body, target);
             }
-            NormalSolver::GaussSeidel { lookahead: None } => {
+            NormalSolver::GaussSeidel { lookahead: None, limits } => {
                 let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });
-                gauss_seidel::solve(rows, rubbing, net, body, target, IterationLimits::WHOLE);
+                gauss_seidel::solve(rows, rubbing, net, body, target, *limits);
             }
-            NormalSolver::GaussSeidel { lookahead: Some(lookahead) } => {
+            NormalSolver::GaussSeidel { lookahead: Some(lookahead), limits } => {
                 let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });
-                solve_ahead(lookahead, rows, rubbing, net, body, target, step);
+                solve_ahead(lookahead, rows, rubbing, net, body, target, (step, *limits));
                 for row in rows.iter() {
                     row.apply(&row.whole_impulse(), net, body, target);
                 }
@@ -141,7 +143,7 @@ fn solve_ahead(
     net: &impl NetMotion,
     body: &Body,
     target: &InverseInertia,
-    step: f64,
+    (step, limits): (f64, IterationLimits),
 ) {
     let own = rows.len();
     lookahead.add_rows(net, body, step, rows);
@@ -149,7 +151,7 @@ fn solve_ahead(
     trial.clear();
     trial.extend((0..lookahead.n_knots).map(|knot| net.velocity(knot)));
     let (mut tried, mut body) = (Tried { net, velocity: &mut trial }, *body);
-    gauss_seidel::solve(rows, rubbing, &mut tried, &mut body, target, IterationLimits::AHEAD);
+    gauss_seidel::solve(rows, rubbing, &mut tried, &mut body, target, limits);
     lookahead.trial = trial;
     lookahead.remember(&rows[own..]);
     rows.truncate(own);

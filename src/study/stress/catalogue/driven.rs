@@ -216,7 +216,6 @@ fn together() -> [StressCase; 4] {
             "strands of the net bounce off each other, and nothing takes what that costs",
             with(small_capture(), bouncing.clone()),
         )
-        .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES) // measured 1.3e-3
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
             Theme::Together,
