@@ -52,7 +52,9 @@ def members(program, out, scene, pair, contact, count, more):
             print(f"{scene} {pair} {contact}: {done.stderr.strip()}", file=sys.stderr)
             return None
     ensemble = json.loads((out / "ensemble.json").read_text())
-    found = [json.loads(path.read_text()) for path in sorted((out / "members").glob("*/*.json"))]
+    # A program that was stopped, or another one, may have left members of its own.
+    newest = max((out / "members").iterdir(), key=lambda folder: folder.stat().st_mtime)
+    found = [json.loads(path.read_text()) for path in sorted(newest.glob("*.json"))]
     if ensemble["failures"]:
         print(f"{scene} {pair} {contact}: {ensemble['failures']}", file=sys.stderr)
     return [one["outcome"]["Ok"] for one in found if "Ok" in one["outcome"]]
