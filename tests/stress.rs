@@ -15,8 +15,7 @@ fn all_hold(stress: &Stress) {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Cases that the default pair is known not to hold, asserted as they are: a thread gives a little more than it got, and
-/// bounces beside friction do.
+/// Cases that the default pair is known not to hold, asserted as they are: a thread gives a little more than it got.
 const KNOWN: [&str; 1] = ["winch-at-its-limit"];
 
 /// Cases of minutes: `tumblenet stress` runs them.

@@ -75,23 +75,6 @@ pub fn solve(
     target: &InverseInertia,
     limits: IterationLimits,
 ) -> usize {
-    let passes = find_impulses(rows, rubbing, net, body, target, limits);
-    if let Some(Rubbing { law, n_rows }) = rubbing {
-        for row in rows[..n_rows].iter_mut().filter(|row| row.bounces) {
-            rub(law, row, net, body, target);
-        }
-    }
-    passes
-}
-
-fn find_impulses(
-    rows: &mut [ContactRow],
-    rubbing: Option<Rubbing<'_>>,
-    net: &mut impl NetMotion,
-    body: &mut Body,
-    target: &InverseInertia,
-    limits: IterationLimits,
-) -> usize {
     let (law, n_rubbing) = rubbing.map_or((None, 0), |rubbing| (Some(rubbing.law), rubbing.n_rows));
     let mut wanted = 0.0_f64;
     for row in rows.iter() {
@@ -102,7 +85,9 @@ fn find_impulses(
     }
     let diagonal: Vec<f64> =
         rows.iter().map(|row| row.softness + row.inverse_mass_along(&row.normal, target)).collect();
-    for pass in 1..=limits.passes {
+    let mut passes = 0;
+    while passes < limits.passes {
+        passes += 1;
         let mut largest = 0.0_f64;
         for (index, (row, diagonal)) in rows.iter_mut().zip(&diagonal).enumerate() {
             let speed = row.normal.dot(&row.velocity_now(net, body));
@@ -120,10 +105,15 @@ fn find_impulses(
             }
         }
         if largest <= limits.tolerance * wanted {
-            return pass;
+            break;
         }
     }
-    limits.passes
+    if let Some(law) = law {
+        for row in rows[..n_rubbing].iter_mut().filter(|row| row.bounces) {
+            rub(law, row, net, body, target);
+        }
+    }
+    passes
 }
 
 /// Brings the slip of `row` towards zero, by a friction impulse within the cone of its normal impulse; by how much the

@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::gauss_seidel::IterationLimits;
 use super::row::{ContactRow, JacobianWeights, NetMotion};
 use crate::cable::Cable;
 use crate::net::Net;
@@ -27,6 +28,8 @@ const REST_MARGIN: f64 = 3.0;
 
 /// The rows of the engine's next step.
 pub struct Lookahead {
+    /// How far to go.
+    pub limits: IterationLimits,
     /// Knots of the net.
     pub n_knots: usize,
     cables: Arc<[Cable]>,
@@ -52,9 +55,10 @@ struct HeldKnot {
 }
 
 impl Lookahead {
-    /// For the cables of `net`.
-    pub fn new(net: &Net) -> Lookahead {
+    /// For the cables of `net`, and rows solved with theirs as far as `limits` say.
+    pub fn new(net: &Net, limits: IterationLimits) -> Lookahead {
         Lookahead {
+            limits,
             n_knots: net.n_knots(),
             impulse: vec![0.0; net.cables.len()],
             step: f64::INFINITY,
@@ -160,6 +164,7 @@ mod tests {
     #[test]
     fn a_knot_is_held_once_however_many_parts_the_step_had() {
         let mut ahead = Lookahead {
+            limits: IterationLimits::AHEAD,
             n_knots: 8,
             cables: Arc::from([]),
             impulse: Vec::new(),

@@ -65,9 +65,7 @@ impl ContactSettings<'_> {
         let coupled = self.coupled;
         let normal = match self.solver.contact {
             ContactModel::Rapier => return None,
-            ContactModel::Impulse if coupled => {
-                NormalSolver::GaussSeidel { lookahead: None, limits: IterationLimits::WHOLE }
-            }
+            ContactModel::Impulse if coupled => NormalSolver::GaussSeidel { lookahead: None },
             ContactModel::Impulse => NormalSolver::Woodbury(Woodbury::default()),
             ContactModel::Penalty => NormalSolver::Penalty {
                 force: PenaltyForce::new(self.net, &self.solver.penalty),
@@ -93,8 +91,9 @@ impl ContactSettings<'_> {
             let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
             NormalSolver::Penalty { force, deepest: Some(deepest) }
         } else {
-            let limits = if in_turn { IterationLimits::AHEAD } else { IterationLimits::WHOLE };
-            NormalSolver::GaussSeidel { lookahead: in_turn.then(|| Lookahead::new(net)), limits }
+            NormalSolver::GaussSeidel {
+                lookahead: in_turn.then(|| Lookahead::new(net, IterationLimits::AHEAD)),
+            }
         };
         SurfaceContacts::new(
             Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),

@@ -3,7 +3,7 @@
 //! | solver | rows | normal impulses | friction (Eq. 4.10) |
 //! |---|---|---|---|
 //! | [`super::woodbury`] | of different knots | all at once | at the velocities before |
-//! | [`super::gauss_seidel`] | may share knots | pass by pass | row by row, at the velocities so far; before the engine's cables within the passes, but for rows that bounce |
+//! | [`super::gauss_seidel`] | may share knots | pass by pass | row by row within the passes, but for rows that bounce: after them |
 //! | [`super::penalty`] of knots | of different knots | each by its own overlap | at the velocities before |
 //! | [`super::penalty`] of cables | may share knots | each by its own overlap | row by row, at the velocities so far |
 //!
@@ -32,8 +32,6 @@ pub enum NormalSolver {
     GaussSeidel {
         /// The engine's rows, where it moves the cables after ours have acted.
         lookahead: Option<Lookahead>,
-        /// How far to go.
-        limits: IterationLimits,
     },
     /// A force that grows with the overlap.
     Penalty {
@@ -83,13 +81,13 @@ impl ContactSolver {
                 apply_normal(rows, net, body, target);
                 self.rub_in_turn(rows, net, body, target);
             }
-            NormalSolver::GaussSeidel { lookahead: None, limits } => {
+            NormalSolver::GaussSeidel { lookahead: None } => {
                 let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });
-                gauss_seidel::solve(rows, rubbing, net, body, target, *limits);
+                gauss_seidel::solve(rows, rubbing, net, body, target, IterationLimits::WHOLE);
             }
-            NormalSolver::GaussSeidel { lookahead: Some(lookahead), limits } => {
+            NormalSolver::GaussSeidel { lookahead: Some(lookahead) } => {
                 let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });
-                solve_ahead(lookahead, rows, rubbing, net, body, target, (step, *limits));
+                solve_ahead(lookahead, rows, rubbing, net, body, target, step);
                 for row in rows.iter() {
                     row.apply(&row.whole_impulse(), net, body, target);
                 }
@@ -143,7 +141,7 @@ fn solve_ahead(
     net: &impl NetMotion,
     body: &Body,
     target: &InverseInertia,
-    (step, limits): (f64, IterationLimits),
+    step: f64,
 ) {
     let own = rows.len();
     lookahead.add_rows(net, body, step, rows);
@@ -151,7 +149,7 @@ fn solve_ahead(
     trial.clear();
     trial.extend((0..lookahead.n_knots).map(|knot| net.velocity(knot)));
     let (mut tried, mut body) = (Tried { net, velocity: &mut trial }, *body);
-    gauss_seidel::solve(rows, rubbing, &mut tried, &mut body, target, limits);
+    gauss_seidel::solve(rows, rubbing, &mut tried, &mut body, target, lookahead.limits);
     lookahead.trial = trial;
     lookahead.remember(&rows[own..]);
     rows.truncate(own);

@@ -33,7 +33,6 @@ use parry3d::math::Vector as ParryVector;
 use parry3d::query::details::closest_points_segment_segment_with_locations_nD as closest_points;
 
 use super::InverseInertia;
-use super::gauss_seidel::IterationLimits;
 use super::lookahead::Lookahead;
 use super::row::{ContactRow, JacobianWeights, MarkedKnots, NetMotion, Parting, PushOut};
 use super::solver::{ContactSolver, NormalSolver};
@@ -181,9 +180,7 @@ impl StrandContacts {
         }
         let push_out = PushOut::Time(PUSH_OUT);
         let parting = Parting { restitution, push_out, in_turn: lookahead.is_some() };
-        let limits =
-            if lookahead.is_some() { IterationLimits::AHEAD_OF_STRANDS } else { IterationLimits::WHOLE };
-        let normal = NormalSolver::GaussSeidel { lookahead, limits };
+        let normal = NormalSolver::GaussSeidel { lookahead };
         StrandContacts {
             strands,
             solver: ContactSolver { normal, friction: None, coupled: true },

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Parameters;
+use crate::contact::gauss_seidel::IterationLimits;
 use crate::contact::lookahead::Lookahead;
 use crate::contact::row::MarkedKnots;
 use crate::contact::strands::{StrandContacts, bullet_radius};
@@ -35,7 +36,8 @@ impl Parameters for SelfContact {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
         // Else the engine moves cables after it.
-        let lookahead = (!context.acts_in_substeps).then(|| Lookahead::new(net));
+        let lookahead =
+            (!context.acts_in_substeps).then(|| Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS));
         let contacts = StrandContacts::new(net, bullet_radius, self.restitution, lookahead);
         let (n_pairs, millimetres) = (contacts.n_pairs(), 1e3 * bullet_radius);
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");

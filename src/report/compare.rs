@@ -23,10 +23,10 @@ use crate::study::sweep::dependency::DEPLOYMENT;
 use figures::timing;
 
 /// A column: name, in two lines for a terminal, and unit.
-type Column<'a> = (&'a str, &'a str);
+type Column = (&'static str, &'static str);
 
 /// Columns of the table.
-const COLUMNS: [Column<'static>; 14] = [
+const COLUMNS: [Column; 14] = [
     ("variant", ""),
     ("captured", ""),
     ("settled,\nlost", ""),
@@ -44,11 +44,11 @@ const COLUMNS: [Column<'static>; 14] = [
 ];
 
 /// Columns of the table of an effect, before its own; the first is headed by its name.
-const EFFECT_COLUMNS: [Column<'static>; 4] =
+const EFFECT_COLUMNS: [Column; 4] =
     [("captured", "95 %"), ("held\none turn", ""), ("held when\ntested", ""), ("mouth at\nthe end", "%")];
 
 /// Columns of the table of nets that fly free (Section 3.2.3), and of what a sub-step costs (Table 3.5).
-const FLIGHT_COLUMNS: [Column<'static>; 8] = [
+const FLIGHT_COLUMNS: [Column; 8] = [
     ("deployment", ""),
     ("largest\narea", "m²"),
     ("deployment\ntime", "s"),
@@ -87,11 +87,10 @@ pub fn text(comparison: &Comparison) -> String {
     text
 }
 
-fn text_table(columns: &[Column<'_>], cells: Vec<Vec<String>>) -> TextTable {
+fn text_table(columns: &[Column], cells: Vec<Vec<String>>) -> TextTable {
     // Units in one line, below names of one or two.
-    let head = |(name, unit): &Column<'_>| {
-        format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" })
-    };
+    let head =
+        |(name, unit): &Column| format!("{name}{}{unit}", if name.contains('\n') { "\n" } else { "\n\n" });
     let heads: Vec<String> = columns.iter().map(|column| head(column).trim_end().to_owned()).collect();
     let mut rows = TextTable::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for row in cells {
@@ -119,7 +118,7 @@ fn cells(comparison: &Comparison) -> Vec<Vec<String>> {
 }
 
 /// Tables beside the first, those that say anything.
-fn more_tables(comparison: &Comparison) -> Vec<(Vec<Column<'static>>, Vec<Vec<String>>)> {
+fn more_tables(comparison: &Comparison) -> Vec<(Vec<Column>, Vec<Vec<String>>)> {
     let flight = (FLIGHT_COLUMNS.to_vec(), flight_cells(comparison));
     let effects = Effects::NAMES.iter().map(|name| effect_table(comparison, name));
     std::iter::once(flight).chain(effects).filter(|(_, cells)| !cells.is_empty()).collect()
@@ -145,7 +144,7 @@ fn flight_cells(comparison: &Comparison) -> Vec<Vec<String>> {
 }
 
 /// How captures fared beside what the effect called `name` says of them; no cells when it says nothing in any variant.
-fn effect_table(comparison: &Comparison, name: &'static str) -> (Vec<Column<'static>>, Vec<Vec<String>>) {
+fn effect_table(comparison: &Comparison, name: &'static str) -> (Vec<Column>, Vec<Vec<String>>) {
     let own: Vec<&SummaryRow> = Effects::rows(name).iter().filter(|row| !row.head.is_empty()).collect();
     let row = |(_, variant, outcome): (usize, &crate::study::compare::Compared, &Outcome)| {
         let median = |name: &str, factor: f64| {
@@ -337,7 +336,7 @@ fn watching(comparison: &Comparison) -> String {
     page::table("<th>variant</th><th>members</th><th>to watch one</th>", &rows)
 }
 
-fn page_table(columns: &[Column<'_>], cells: &[Vec<String>]) -> String {
+fn page_table(columns: &[Column], cells: &[Vec<String>]) -> String {
     let mut head = String::new();
     for (name, unit) in columns {
         let unit = if unit.is_empty() { String::new() } else { format!("<small>{unit}</small>") };

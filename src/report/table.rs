@@ -57,7 +57,7 @@ pub fn ensemble(ensemble: &Ensemble) -> String {
     let mut rows = TextTable::new(&["", "least", "quartile", "median", "quartile", "largest", "members"]);
     for (name, spread) in &ensemble.scalars {
         let block = name.split('.').next().unwrap_or_default();
-        if !MAIN_BLOCKS.iter().any(|block| name.starts_with(block)) && Effects::rows(block).is_empty() {
+        if !MAIN_BLOCKS.contains(&block) && Effects::rows(block).is_empty() {
             continue;
         }
         let numbers = [spread.min, spread.lower, spread.median, spread.upper, spread.max].map(number);
@@ -111,7 +111,7 @@ pub fn ensemble_verdict(ensemble: &Ensemble) -> String {
 
 /// Blocks of the summary that the table of an ensemble shows; the file holds all.
 const MAIN_BLOCKS: [&str; 7] =
-    ["deployment.", "contact.", "capture.", "target.", "retention.", "conservation.", "wall_s"];
+    ["deployment", "contact", "capture", "target", "retention", "conservation", "wall_s"];
 
 /// The verdict in a sentence.
 pub fn verdict(summary: &Summary) -> String {
