@@ -43,6 +43,16 @@ pub enum Failure {
         /// What it is given.
         what: &'static str,
     },
+    /// Two effects or two bodies cannot be told apart.
+    #[error(
+        "two {what} of this run are called {name:?}, which only one may be: the second is to have another name"
+    )]
+    NamedTwice {
+        /// What they are.
+        what: &'static str,
+        /// What both are called.
+        name: String,
+    },
     /// The equations of an implicit step were not solved, however short.
     #[error("at {time:.6} s an implicit step of {step:.3e} s is not solved, and no part of it")]
     Implicit {

@@ -26,6 +26,8 @@ pub struct Simulation {
     stepper: Box<dyn Stepper>,
     effects: Interactions,
     step: f64,
+    /// Why it cannot begin.
+    unfit: Option<Failure>,
 }
 
 impl Simulation {
@@ -34,7 +36,8 @@ impl Simulation {
         Simulation::with(case, Vec::new())
     }
 
-    /// The same with effects that the scene does not know.
+    /// The same with effects that the scene does not know. Each effect and each body has a name of its own: two of one
+    /// name end the first step.
     pub fn with(case: &Case, more: Vec<Interaction>) -> Simulation {
         let context = case.context();
         let stepper = step::method(context.solver).build(&context);
@@ -49,6 +52,7 @@ impl Simulation {
         let mut state = start(case, &effects);
         stepper.start(&mut state);
         Simulation {
+            unfit: named_twice(&state, &effects),
             before: state.clone(),
             audit: EnergyAudit::start(case.net(), &mut effects, &state),
             work: Work::default(),
@@ -63,8 +67,9 @@ impl Simulation {
     /// One step.
     ///
     /// # Errors
-    /// A state that is not a number.
+    /// A state that is not a number; two effects or bodies of one name, at the first step.
     pub fn step(&mut self) -> Result<(), Failure> {
+        self.unfit.take().map_or(Ok(()), Err)?;
         self.effects.begin_step(&self.state);
         // Fields kick first: the rest of the step is then as if there were none.
         self.half_kick(Half::First);
@@ -163,6 +168,17 @@ impl Simulation {
     pub fn effect_names(&self) -> Vec<&'static str> {
         self.effects.list().iter().map(|effect| effect.name).collect()
     }
+}
+
+/// What is found by its name alone is to be there once.
+fn named_twice(state: &State, effects: &Interactions) -> Option<Failure> {
+    let twice = |what, names: Vec<&str>| {
+        let again = names.iter().enumerate().find(|(index, name)| names[..*index].contains(name));
+        again.map(|(_, name)| Failure::NamedTwice { what, name: (*name).to_owned() })
+    };
+    let effects = effects.list().iter().map(|effect| effect.name).collect();
+    let bodies = state.body_models.iter().map(|model| model.name.as_str()).collect();
+    twice("effects", effects).or_else(|| twice("bodies", bodies))
 }
 
 /// Net in its container, just shot; target as placed, and bodies of `effects` as they bring them.

@@ -125,6 +125,24 @@ fn a_body_from_outside_is_moved_counted_and_recorded_under_every_pair() {
     }
 }
 
+/// An effect and a body are found by their names: a second one of the same name would silently be the first.
+#[test]
+fn two_effects_or_bodies_of_one_name_end_the_first_step() {
+    let case = own_body::case("joints+rapier", &["duration_s=0.3"]).unwrap();
+    let drogue = || {
+        let spring = Spring { tow: Tow::Chaser, stiffness: 1.0, rest_length: 0.5 };
+        own_body::drogue(spring, Vector3::new(-0.5, 0.0, 0.0))
+    };
+    let told = |more: Vec<Interaction>| match Run::with(&case, more, |_| {}) {
+        Err(failure) => failure.to_string(),
+        Ok(_) => panic!("it ran"),
+    };
+    let words = |what: &str| format!("two {what} of this run are called \"{DROGUE}\"");
+    assert!(told(vec![drogue(), drogue()]).starts_with(&words("effects")));
+    let other = Interaction { name: "second drogue", ..drogue() };
+    assert!(told(vec![drogue(), other]).starts_with(&words("bodies")));
+}
+
 /// The same towed by a bullet, in a cabin whose field acts on it as on all that is free; and a number that is none has its
 /// name.
 #[test]
