@@ -2,6 +2,7 @@
 
 use tumblenet::report::stress::{markdown, text};
 use tumblenet::study::stress::hard::StressCase;
+use tumblenet::study::stress::measure::Measured;
 use tumblenet::study::stress::{Stress, StressVerdict, all_pairs, catalogue, pairs, run};
 
 fn named(name: &str) -> StressCase {
@@ -26,7 +27,7 @@ const LONG: [&str; 3] = ["ten-thousand-knots", "million-steps", "middle-axis-300
 fn the_default_pair_holds_every_hard_case() {
     let cases: Vec<StressCase> =
         catalogue::all().into_iter().filter(|case| !LONG.contains(&case.name)).collect();
-    let stress = run(&cases, &pairs()[..1], |_| None, |_, _| {});
+    let stress = run(&cases, &pairs()[..1], 1, |_| None, |_, _| {});
     all_hold(&stress);
     let held = |verdict| matches!(verdict, StressVerdict::Holds | StressVerdict::Refused);
     let not_held = stress.rows.iter().filter(|row| !held(row.verdict));
@@ -46,7 +47,7 @@ fn names_of_cases_are_unique_and_limits_name_pairs() {
 #[test]
 fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
     let pair = &pairs()[..1];
-    let verdict = |case: StressCase| run(&[case], pair, |_| None, |_, _| {}).rows.remove(0);
+    let verdict = |case: StressCase| run(&[case], pair, 1, |_| None, |_, _| {}).rows.remove(0);
 
     let strict = named("one-point").bounded(|bounds| bounds.strain = Some(-1.0));
     let row = verdict(strict.clone());
@@ -80,10 +81,53 @@ fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
     assert_eq!(verdict(inside).verdict, StressVerdict::Breaks, "refused, but not where the case says");
 }
 
+/// After contact one run is a coin: of further members, whose knots are moved a little, the worst counts.
+#[test]
+fn the_worst_of_the_members_counts() {
+    let pair = &["explicit+impulse"];
+    let of =
+        |case: &StressCase, members| run(&[case.clone()], pair, members, |_| None, |_, _| {}).rows.remove(0);
+    let case = named("pressed-whole");
+    let alone = of(&case, 1);
+    assert!(alone.members.is_empty());
+    let row = of(&case, 4);
+    assert_eq!(row.members.len(), 3);
+    let same = |a: &Measured, b: &Measured| (a.numbers, a.steps) == (b.numbers, b.steps);
+    assert!(
+        same(row.measured.as_ref().unwrap(), alone.measured.as_ref().unwrap()),
+        "the first is the case itself"
+    );
+    let strains: Vec<f64> = row.as_it_is().map(|run| run.numbers.strain.unwrap()).collect();
+    for (index, strain) in strains.iter().enumerate() {
+        assert!(!strains[..index].contains(strain), "two members are the same: {strains:?}");
+    }
+    // A bound that the first keeps and another does not.
+    let [least, most] = [f64::min, f64::max].map(|which| strains.iter().copied().reduce(which).unwrap());
+    assert_eq!(
+        of(&case.clone().bounded(|bounds| bounds.strain = Some(most)), 4).verdict,
+        StressVerdict::Holds
+    );
+    let between = 0.5 * (least + most);
+    assert_eq!(of(&case.bounded(|bounds| bounds.strain = Some(between)), 4).verdict, StressVerdict::Breaks);
+}
+
+/// Cases that held in their one run, and made 6e-2 of the energy at hand in one of eight.
+#[test]
+fn bounces_and_pressed_cables_hold_in_every_member() {
+    let names = [
+        "strands-bounce",
+        "strands-bounce-0.9",
+        "strands-and-cables",
+        "pressed-whole",
+        "restitution-1-friction-1",
+    ];
+    all_hold(&run(&names.map(named), &["joints+rapier", "explicit+impulse"], 6, |_| None, |_, _| {}));
+}
+
 #[test]
 fn the_table_has_a_row_a_case_and_says_why() {
     let cases = [named("one-point"), named("knots-inside")];
-    let page = markdown(&run(&cases, &pairs()[..1], |_| None, |_, _| {}));
+    let page = markdown(&run(&cases, &pairs()[..1], 1, |_| None, |_, _| {}));
     assert!(page.contains("| many contacts | one-point | holds |"), "{page}");
     assert!(page.contains("| knots-inside | refused (1) |"), "{page}");
     assert!(page.contains("1. target.distance_m"), "{page}");

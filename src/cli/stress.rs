@@ -23,6 +23,10 @@ pub struct Arguments {
     /// Pairs of cables and contact, `joints+rapier,joints+impulse`; left out: all but those with `ancf` cables.
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     pairs: Option<Vec<String>>,
+    /// How often each case is run: after contact one run is a coin. The first is the case itself, of the others the
+    /// folded knots are moved by a millionth of a cable; the worst of each number counts.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    members: u32,
     /// Lists the cases and why each is hard.
     #[arg(long)]
     list: bool,
@@ -48,7 +52,8 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     files::make_folder(&out)?;
 
     stage("running");
-    let bar = Progress::new(stress::n_runs(&cases, &pairs) as u64, "stress");
+    let members = arguments.members as usize;
+    let bar = Progress::new(stress::n_runs(&cases, &pairs, members) as u64, "stress");
     interrupt::leaves(format!(
         "finished runs are kept in {}; the same command goes on from them",
         out.display()
@@ -57,6 +62,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let stress = stress::run(
         &cases,
         &pairs,
+        members,
         |job| kept(&out, job).ok()?.one(0),
         |job, measured| {
             let written = kept(&out, job).and_then(|kept| {

@@ -146,7 +146,7 @@ fn rub(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::row::{JacobianWeights, MarkedKnots};
+    use crate::contact::row::{JacobianWeights, MarkedKnots, Parting, PushOut};
     use crate::state::Knots;
     use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
     use rand::{RngExt, SeedableRng};
@@ -276,6 +276,43 @@ mod tests {
     fn kinetic(knots: &Knots, inverse_mass: &[f64], body: &Body, mass: f64, inertia: &Matrix3<f64>) -> f64 {
         let of_knots = knots.velocity.iter().zip(inverse_mass).map(|(v, w)| 0.5 * v.norm_squared() / w);
         of_knots.sum::<f64>() + body.kinetic_energy(mass, inertia)
+    }
+
+    /// Bounces of rows that share knots, some of which part already, take energy whatever the restitution: what is wanted is
+    /// Moreau's law of all rows, not of those alone that approach.
+    #[test]
+    fn bounces_of_rows_that_share_knots_take_energy() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let inertia = Matrix3::from_diagonal(&Vector3::new(3.0, 2.0, 1.5));
+        let target =
+            InverseInertia { inverse_mass: 1.0 / 3.5, inverse_inertia: inertia.try_inverse().unwrap() };
+        let mut pushed_while_parting = 0;
+        for restitution in [0.5, 0.9, 1.0] {
+            let push_out = PushOut::Speed(1.0);
+            let parting = Parting { restitution, push_out, in_turn: false, comes_back: true };
+            for _ in 0..50 {
+                let inverse_mass: Vec<f64> = (0..KNOTS).map(|_| random.random_range(50.0..150.0)).collect();
+                let mut rows = random_rows(6, &inverse_mass, &mut random);
+                let mut number = |low: f64, high: f64| random.random_range(low..high);
+                let velocity =
+                    (0..KNOTS).map(|_| Vector3::new(number(-1.0, 1.0), number(-1.0, 1.0), 0.3)).collect();
+                let mut knots = Knots { position: vec![Vector3::zeros(); KNOTS], velocity };
+                let mut body = Body { rate: Vector3::new(0.5, -0.3, 0.1), ..Body::at_rest() };
+                for row in &mut rows {
+                    row.speed = speed(row, &knots, &inverse_mass, &body);
+                    row.wanted_speed = parting.wanted_speed(0.0, [row.speed; 2], row.radius, 1e-3);
+                    row.softness = 0.0;
+                }
+                let before = kinetic(&knots, &inverse_mass, &body, 3.5, &inertia);
+                let limits = IterationLimits { passes: 100_000, tolerance: 1e-13 };
+                solve(&mut rows, None, &mut net(&mut knots, &inverse_mass), &mut body, &target, limits);
+                let after = kinetic(&knots, &inverse_mass, &body, 3.5, &inertia);
+                assert!(after <= before * (1.0 + 1e-9), "{restitution}: {before} {after}");
+                pushed_while_parting +=
+                    rows.iter().filter(|row| row.impulse > 0.0 && row.speed > 0.0).count();
+            }
+        }
+        assert!(pushed_while_parting > 5, "{pushed_while_parting}");
     }
 
     /// Random rows with friction that want no approach: what is left of the slip is against the friction or within the

@@ -24,16 +24,6 @@ use crate::state::{Body, Contact, Knots, State, TARGET};
 use crate::target::Target;
 use crate::world::World;
 
-/// Time in which the overlap of a cable is undone [s], at least a step. With 1 ms the speed of that, half a
-/// metre a second, stayed with a place beside a bullet: 2 % of the Cubesat net's launch energy at once.
-const CABLE_PUSH_OUT: f64 = 5e-3;
-
-/// The same where the engine moves the cables and presses places in again: what pushes out a cable that is drawn tight over
-/// an edge works against its tension. A net of 6 x 6 meshes at 5 m/s around a box of 3.5 kg (`stress pressed-whole`) made at
-/// most 6e-3, 2e-3 and 2e-4 of the energy within 5, 10 and 20 ms, in 64 members; but a cable cuts a corner of the default run's
-/// Cubesat for 7 to 12, 7 to 20 and 22 to 39 of 801 frames, and comes 1.8, 4 and 6 mm in.
-const CABLE_PUSH_OUT_IN_TURN: f64 = 1e-2;
-
 /// Speed that the engine's cables may give a place within a step [m/s]: nearer than that, it has a row.
 const DRAWN_IN: f64 = 1.0;
 
@@ -70,11 +60,13 @@ impl ContactSettings<'_> {
             ContactModel::Penalty => NormalSolver::Penalty {
                 force: PenaltyForce::new(self.net, &self.solver.penalty),
                 deepest: None,
+                in_turn: false,
             },
         };
         let solver = ContactSolver { normal, friction: self.friction, coupled };
         let push_out = PushOut::Speed(woodbury::PUSH_OUT);
-        let parting = Parting { restitution: self.solver.restitution, push_out, in_turn: false };
+        let parting =
+            Parting { restitution: self.solver.restitution, push_out, in_turn: false, comes_back: false };
         let feature = Feature::knots(self.net, self.target, self.solver.precision);
         let contacts = SurfaceContacts::new(feature, self.target, self.margin, solver, parting, None);
         // Elements move half a step, are kicked, and move half a step.
@@ -89,7 +81,7 @@ impl ContactSettings<'_> {
         let normal = if by_force {
             let force = PenaltyForce::new(net, &solver.penalty);
             let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
-            NormalSolver::Penalty { force, deepest: Some(deepest) }
+            NormalSolver::Penalty { force, deepest: Some(deepest), in_turn }
         } else {
             NormalSolver::GaussSeidel {
                 lookahead: in_turn.then(|| Lookahead::new(net, IterationLimits::AHEAD)),
@@ -102,8 +94,9 @@ impl ContactSettings<'_> {
             ContactSolver { normal, friction: self.friction, coupled: true },
             Parting {
                 restitution: if by_force { 0.0 } else { solver.restitution },
-                push_out: PushOut::Time(if in_turn { CABLE_PUSH_OUT_IN_TURN } else { CABLE_PUSH_OUT }),
+                push_out: if in_turn { PushOut::OF_CABLES_IN_TURN } else { PushOut::OF_CABLES },
                 in_turn,
+                comes_back: false,
             },
             in_turn.then_some(DRAWN_IN),
         )

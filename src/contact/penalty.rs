@@ -61,6 +61,17 @@ impl PenaltyForce {
         }
     }
 
+    /// A spring of the same stiffness at each of `n_knots` [N/m].
+    #[cfg(test)]
+    pub(super) fn spring(n_knots: usize, stiffness: f64) -> PenaltyForce {
+        PenaltyForce {
+            law: PenaltyLaw::SpringDashpot,
+            stiffness: vec![stiffness; n_knots],
+            exponent: 1.0,
+            damping: 0.0,
+        }
+    }
+
     /// Writes the impulse of each row within a step of `step` seconds [N s]; overlaps deeper than `deepest` of
     /// their first knot count as that deep [m].
     pub fn solve(&self, rows: &mut [ContactRow], step: f64, deepest: Option<&[f64]>) {

@@ -39,9 +39,6 @@ use super::solver::{ContactSolver, NormalSolver};
 use crate::net::Net;
 use crate::state::{Body, EffectWork, Knots};
 
-/// Time in which an overlap is undone [s], at least a step.
-const PUSH_OUT: f64 = 1e-3;
-
 /// A pair is near while its gap is less than so many ways that two knots can come nearer in a
 /// (sub-)step: contacts can add to their speeds.
 const NEAR: f64 = 2.0;
@@ -178,8 +175,10 @@ impl StrandContacts {
                 }
             }
         }
-        let push_out = PushOut::Time(PUSH_OUT);
-        let parting = Parting { restitution, push_out, in_turn: lookahead.is_some() };
+        let in_turn = lookahead.is_some();
+        let push_out = if in_turn { PushOut::OF_CABLES_IN_TURN } else { PushOut::OF_CABLES };
+        // In turn, a step is ten times as long, and the speed that of a cable's jerk.
+        let parting = Parting { restitution, push_out, in_turn, comes_back: !in_turn };
         let normal = NormalSolver::GaussSeidel { lookahead };
         StrandContacts {
             strands,

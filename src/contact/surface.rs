@@ -224,7 +224,7 @@ impl SurfaceContacts {
     /// `body` as it is after the step.
     pub fn report(&self, before: &Knots, after: &Knots, body: Option<&Body>, contacts: &mut Vec<Contact>) {
         let force = match &self.solver.normal {
-            NormalSolver::Penalty { force, deepest: None } => Some(force),
+            NormalSolver::Penalty { force, deepest: None, .. } => Some(force),
             _ => None,
         };
         contacts.extend(self.planes.iter().filter_map(|plane| {
@@ -238,7 +238,9 @@ impl SurfaceContacts {
 
     /// Energy that forces on cables hold where these are pressed in now [J].
     pub fn stored_energy(&self, knots: &Knots, body: &Body) -> f64 {
-        let NormalSolver::Penalty { force, deepest: Some(deepest) } = &self.solver.normal else { return 0.0 };
+        let NormalSolver::Penalty { force, deepest: Some(deepest), .. } = &self.solver.normal else {
+            return 0.0;
+        };
         self.planes
             .iter()
             .map(|plane| energy(force, deepest, plane, plane.depth(knots, body, self.lag * self.step)))

@@ -5,15 +5,15 @@
 //! out and moves momentum between knots.
 
 use nalgebra::Vector3;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
-use super::Parameters;
+use super::{Parameters, SummaryRow};
 use crate::contact::gauss_seidel::IterationLimits;
 use crate::contact::lookahead::Lookahead;
 use crate::contact::row::MarkedKnots;
 use crate::contact::strands::{StrandContacts, bullet_radius};
-use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
+use crate::interaction::{ContactLaw, Effect, EffectOutput, Interaction, Report, StepObserver};
 use crate::options::BuildContext;
 use crate::quantity::Positive;
 use crate::state::{Body, EffectWork, Knots, State};
@@ -31,7 +31,21 @@ pub struct SelfContact {
     pub bullet_radius_m: Option<Positive>,
 }
 
+/// What it says at the end of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SelfContactSummary {
+    /// Deepest overlap of two strands that met in flight, and not in the fold [m].
+    pub deepest_m: f64,
+}
+
 impl Parameters for SelfContact {
+    const ROWS: &'static [SummaryRow] =
+        &[SummaryRow::new("deepest_m", "deepest overlap of strands", "mm").scaled(1e3)];
+
+    fn summary(generator: &mut SchemaGenerator) -> Option<Schema> {
+        Some(generator.subschema_for::<SelfContactSummary>())
+    }
+
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
@@ -63,6 +77,24 @@ impl Effect for Strands {
 
     fn observer(&mut self) -> Option<&mut dyn StepObserver> {
         Some(self)
+    }
+
+    fn output(&mut self) -> Option<&mut dyn EffectOutput> {
+        Some(self)
+    }
+}
+
+impl EffectOutput for Strands {
+    fn columns(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn values(&mut self, _: &State) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn report(&self, _: &State) -> Report {
+        Report::default().with_numbers(&SelfContactSummary { deepest_m: self.contacts.deepest })
     }
 }
 

@@ -49,9 +49,10 @@ fn csv(stress: &Stress, file: impl std::io::Write) -> csv::Result<()> {
     rows.write_record(&head)?;
     let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
     for row in &stress.rows {
-        let runs = [("as it is", &row.measured), ("half step", &row.halved), ("at limit", &row.at_limit)];
+        let as_it_is = row.as_it_is().map(|run| ("as it is", Some(run)));
+        let others = [("half step", row.halved.as_ref()), ("at limit", row.at_limit.as_ref())];
         let ran: Vec<(&str, Option<&Measured>)> =
-            runs.iter().filter_map(|(name, run)| Some((*name, Some(run.as_ref()?)))).collect();
+            as_it_is.chain(others.into_iter().filter(|(_, run)| run.is_some())).collect();
         // What did not run has a line, too.
         for (name, run) in if ran.is_empty() { vec![("", None)] } else { ran } {
             let mut line = vec![row.theme.clone(), row.case.clone(), row.pair.clone()];
@@ -92,23 +93,9 @@ pub fn text(stress: &Stress) -> String {
     format!("{rows}\n{}\n{}", bounds(stress), notes(stress).join("\n"))
 }
 
-/// The largest of each number over a row's run and the one at half the step.
+/// The largest of each number over a row's runs and the one at half the step.
 fn worst(row: &StressRow) -> Numbers {
-    let larger = |number: fn(&Numbers) -> Option<f64>| {
-        [&row.measured, &row.halved]
-            .into_iter()
-            .flatten()
-            .filter_map(|run| number(&run.numbers))
-            .reduce(f64::max)
-    };
-    Numbers {
-        energy: larger(|n| n.energy),
-        momentum: larger(|n| n.momentum),
-        angular_momentum: larger(|n| n.angular_momentum),
-        overlap: larger(|n| n.overlap),
-        through: larger(|n| n.through),
-        strain: larger(|n| n.strain),
-    }
+    row.as_it_is().chain(&row.halved).map(|run| run.numbers).reduce(Numbers::worst).unwrap_or_default()
 }
 
 fn short(value: f64) -> String {

@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::ensemble::{EnsembleRequest, perturbed};
 use crate::case::Case;
 use crate::limits::Limits;
 use crate::provenance::Provenance;
@@ -55,6 +56,9 @@ pub struct StressRow {
     /// What was measured; absent where nothing ran.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured: Option<Measured>,
+    /// The same of further members, whose folded knots are moved a little.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub members: Vec<Measured>,
     /// The same at half the step, where the case asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub halved: Option<Measured>,
@@ -82,9 +86,14 @@ pub enum StressVerdict {
 }
 
 impl StressRow {
+    /// Its run and those of its further members.
+    pub fn as_it_is(&self) -> impl Iterator<Item = &Measured> {
+        self.measured.iter().chain(&self.members)
+    }
+
     /// Wall time of its runs [s].
     pub fn wall(&self) -> f64 {
-        [&self.measured, &self.halved, &self.at_limit].into_iter().flatten().map(|m| m.wall_s).sum()
+        self.as_it_is().chain(&self.halved).chain(&self.at_limit).map(|m| m.wall_s).sum()
     }
 }
 
@@ -116,27 +125,41 @@ impl Job {
 #[derive(Clone, Copy, PartialEq)]
 enum RunVariant {
     AsItIs,
+    /// The same, its folded knots moved a little: after contact one run is a coin.
+    Member(usize),
     Halved,
     AtLimit,
 }
 
 impl RunVariant {
-    fn word(self) -> &'static str {
+    fn word(self) -> String {
         match self {
-            RunVariant::AsItIs => "as-it-is",
-            RunVariant::Halved => "halved",
-            RunVariant::AtLimit => "at-limit",
+            RunVariant::AsItIs => "as-it-is".to_owned(),
+            RunVariant::Member(number) => format!("member-{number}"),
+            RunVariant::Halved => "halved".to_owned(),
+            RunVariant::AtLimit => "at-limit".to_owned(),
         }
     }
 }
 
+/// Largest displacement of a member's knots along each axis, over the shortest cable [-].
+const MEMBERS_MOVED: f64 = 1e-6;
+
+/// The copy of `case` that is `member`.
+fn moved(case: &Case, member: usize) -> Case {
+    let shortest = case.net().cables.iter().map(|cable| cable.rest_length).fold(f64::INFINITY, f64::min);
+    let perturb_m = MEMBERS_MOVED * shortest;
+    perturbed(case, &EnsembleRequest { members: 1, perturb_m, seed: 0, at_most_s: None }, member)
+}
+
 /// Runs `cases` under `pairs`, in parallel, but for those whose numbers are `known`; `done` hears of each run as
-/// it ends.
+/// it ends. Of `members` of a case, the first is the case itself, and the worst of each number counts.
 ///
 /// The result does not depend on the number of threads, but for wall times.
 pub fn run(
     cases: &[StressCase],
     pairs: &[&str],
+    members: usize,
     known: impl Fn(&Job) -> Option<Measured> + Sync,
     done: impl Fn(&Job, &Measured) + Sync,
 ) -> Stress {
@@ -145,7 +168,7 @@ pub fn run(
     let mut rows = Vec::with_capacity(asked.len());
     let mut jobs = Vec::new();
     for (number, (hard, pair)) in asked.iter().enumerate() {
-        let (row, new) = prepare(hard, pair, number);
+        let (row, new) = prepare(hard, pair, members, number);
         rows.push(row);
         jobs.extend(new);
     }
@@ -161,12 +184,13 @@ pub fn run(
         })
         .collect();
     for (row, variant, measured) in measured {
-        let place = match variant {
-            RunVariant::AsItIs => &mut rows[row].measured,
-            RunVariant::Halved => &mut rows[row].halved,
-            RunVariant::AtLimit => &mut rows[row].at_limit,
-        };
-        *place = Some(measured);
+        let row = &mut rows[row];
+        match variant {
+            RunVariant::AsItIs => row.measured = Some(measured),
+            RunVariant::Member(_) => row.members.push(measured),
+            RunVariant::Halved => row.halved = Some(measured),
+            RunVariant::AtLimit => row.at_limit = Some(measured),
+        }
     }
     for (row, (hard, pair)) in rows.iter_mut().zip(&asked) {
         judge(row, hard.limit(pair));
@@ -175,8 +199,8 @@ pub fn run(
 }
 
 /// Number of runs that [`run`] would do at most.
-pub fn n_runs(cases: &[StressCase], pairs: &[&str]) -> usize {
-    let of = |hard: &StressCase, pair: &str| prepare(hard, pair, 0).1.len();
+pub fn n_runs(cases: &[StressCase], pairs: &[&str], members: usize) -> usize {
+    let of = |hard: &StressCase, pair: &str| prepare(hard, pair, members, 0).1.len();
     cases.iter().map(|hard| pairs.iter().map(|pair| of(hard, pair)).sum::<usize>()).sum()
 }
 
@@ -186,7 +210,7 @@ fn work(case: &Case) -> u64 {
 }
 
 /// The row of a case before anything ran, and the runs it needs.
-fn prepare(hard: &StressCase, pair: &str, number: usize) -> (StressRow, Vec<Job>) {
+fn prepare(hard: &StressCase, pair: &str, members: usize, number: usize) -> (StressRow, Vec<Job>) {
     let mut row = StressRow {
         case: hard.name.to_owned(),
         theme: hard.theme.title().to_owned(),
@@ -195,6 +219,7 @@ fn prepare(hard: &StressCase, pair: &str, number: usize) -> (StressRow, Vec<Job>
         notes: Vec::new(),
         bounds: hard.bounds.under(pair),
         measured: None,
+        members: Vec::new(),
         halved: None,
         at_limit: None,
     };
@@ -216,7 +241,12 @@ fn prepare(hard: &StressCase, pair: &str, number: usize) -> (StressRow, Vec<Job>
                     Err(refusal) => refused(&mut row, hard, &refusal),
                 }
             }
+            let member = |member| (RunVariant::Member(member), moved(&case, member));
+            let members: Vec<_> = (1..members).map(member).collect();
             jobs.push(Job::new(number, hard, pair, RunVariant::AsItIs, case));
+            jobs.extend(
+                members.into_iter().map(|(variant, case)| Job::new(number, hard, pair, variant, case)),
+            );
             if let Some(changes) = limit.map(|limit| &limit.from).filter(|changes| !changes.is_empty()) {
                 match hard.build(pair, changes, 1.0 / hard.times_step) {
                     Ok(case) => jobs.push(Job::new(number, hard, pair, RunVariant::AtLimit, case)),
@@ -243,7 +273,7 @@ fn refused(row: &mut StressRow, hard: &StressCase, refusal: &crate::problems::Pr
 
 /// Sets what was measured against the bounds.
 fn judge(row: &mut StressRow, limit: Option<&KnownFailure>) {
-    let Some(measured) = &row.measured else { return };
+    let Some(measured) = row.as_it_is().cloned().reduce(Measured::worst) else { return };
     let broken = measured.broken(&row.bounds);
     let halved = row.halved.as_ref().map(|halved| halved.broken(&row.bounds)).unwrap_or_default();
     row.notes.extend(broken.iter().cloned());

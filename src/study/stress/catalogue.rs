@@ -27,6 +27,9 @@ const SOFT: &str =
 /// How far: the depth of a knot depends on what chance throws at it, so that a case near its bound may keep it.
 const OVERLAPS: [(&str, f64, f64); 1] = [("overlap", 0.7, 4.0)]; // measured 0.92 to 1.7
 
+/// The same where some members press a bullet in so far and some do not.
+const BY_CHANCE: [(&str, f64, f64); 1] = [("overlap", 0.05, 4.0)]; // measured 0.1 to 1.8
+
 /// The same of whole cables that are drawn tight over edges: what comes in is pushed out with work.
 const PRESSED: [(&str, f64, f64); 2] = [("overlap", 0.7, 4.0), ("energy", 0.0, 3e-2)];
 

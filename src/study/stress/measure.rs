@@ -68,6 +68,22 @@ impl Numbers {
             ("strain", self.strain),
         ]
     }
+
+    /// The larger of each number.
+    pub fn worst(self, other: Numbers) -> Numbers {
+        let worst = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => Some(larger(a, b)),
+            (a, b) => a.or(b),
+        };
+        Numbers {
+            energy: worst(self.energy, other.energy),
+            momentum: worst(self.momentum, other.momentum),
+            angular_momentum: worst(self.angular_momentum, other.angular_momentum),
+            overlap: worst(self.overlap, other.overlap),
+            through: worst(self.through, other.through),
+            strain: worst(self.strain, other.strain),
+        }
+    }
 }
 
 /// What a run came to.
@@ -110,6 +126,12 @@ impl Measured {
             contacts: simulation.work.contacts,
             wall_s: started.elapsed().as_secs_f64(),
         }
+    }
+
+    /// This run with what was worse in `other`.
+    pub fn worst(self, other: Measured) -> Measured {
+        let numbers = self.numbers.worst(other.numbers);
+        Measured { failure: self.failure.or(other.failure), numbers, ..self }
     }
 
     /// What of `bounds` is broken, in words.

@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{
-    COARSE, LATE_THREAD, OVERLAPS, PRESSED, RISES, SOFT, TOO_LONG, net, small_capture, with, with_target,
+    BY_CHANCE, COARSE, LATE_THREAD, OVERLAPS, PRESSED, RISES, SOFT, TOO_LONG, net, small_capture, with,
+    with_target,
 };
 use crate::study::stress::hard::{StressCase, Theme};
 
@@ -82,7 +83,8 @@ fn bounces() -> [StressCase; 5] {
             "whole cables, drawn tight over the edges of a heavier box, are pressed in and pushed out",
             with(bouncing(0.0), json!({ "target": { "mass_kg": 3.5 }, "effects": { "cable_contact": {} } })),
         )
-        // Measured 1.0e-2 of the energy at hand and 1.6 radii; 16 members 2e-4 in the middle and 3e-3 at most.
+        // Measured 1.0e-2 of the energy at hand; 16 members with joints 8.5e-5 at most, and 0.3 to 1.8 radii.
+        .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e9"], &BY_CHANCE)
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &PRESSED),
         StressCase::new(
             Theme::Restitution,
@@ -93,7 +95,7 @@ fn bounces() -> [StressCase; 5] {
                 json!({ "effects": { "friction": { "coefficient": 1.0 }, "cable_contact": {} } }),
             ),
         )
-        .limited("joints+penalty", COARSE, &["solver.step_s=3e-6"], &RISES) // measured 1.2e-3
+        .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &BY_CHANCE)
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
     ]
     .map(|case| case.once().may_be_refused_at(&["solver.restitution"]))
@@ -194,7 +196,7 @@ fn spins() -> [StressCase; 3] {
     .map(StressCase::once)
 }
 
-fn together() -> [StressCase; 4] {
+fn together() -> [StressCase; 5] {
     let bouncing = json!({ "effects": { "self_contact": { "restitution": 1.0 } } });
     let inside = with(
         with_target(
@@ -215,6 +217,13 @@ fn together() -> [StressCase; 4] {
             "strands-bounce",
             "strands of the net bounce off each other, and nothing takes what that costs",
             with(small_capture(), bouncing.clone()),
+        )
+        .not_run("joints+penalty", TOO_LONG),
+        StressCase::new(
+            Theme::Together,
+            "strands-bounce-0.9",
+            "the same, and each bounce loses some: a strand that parts is in the way of others",
+            with(small_capture(), json!({ "effects": { "self_contact": { "restitution": 0.9 } } })),
         )
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
