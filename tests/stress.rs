@@ -85,8 +85,9 @@ fn a_broken_bound_a_wrong_refusal_and_a_limit_are_told_apart() {
 #[test]
 fn the_worst_of_the_members_counts() {
     let pair = &["explicit+impulse"];
-    let of =
-        |case: &StressCase, members| run(&[case.clone()], pair, members, |_| None, |_, _| {}).rows.remove(0);
+    let of = |case: &StressCase, members| {
+        run(std::slice::from_ref(case), pair, members, |_| None, |_, _| {}).rows.remove(0)
+    };
     let case = named("pressed-whole");
     let alone = of(&case, 1);
     assert!(alone.members.is_empty());
