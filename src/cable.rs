@@ -90,34 +90,48 @@ impl Cable {
         self.damping / (2.0 * self.reduced_mass * self.natural_frequency())
     }
 
-    /// Time from going taut to going slack again, half a damped period [s]; infinite when ζ ≥ 1.
-    pub fn snap_time(&self) -> f64 {
-        let zeta = self.damping_ratio();
+    /// What happens to the two end knots when this cable alone goes taut.
+    pub fn half_cycle(&self) -> HalfCycle {
+        HalfCycle { natural_frequency: self.natural_frequency(), damping_ratio: self.damping_ratio() }
+    }
+}
+
+/// What happens between going taut and going slack again: half a damped cycle.
+///
+/// From going taut with a rate ṙ₀ on the stretch is (ṙ₀ / ω_d) e^(−ζωt) sin ω_d t, with ω_d = ω √(1 − ζ²).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfCycle {
+    /// Natural frequency ω [rad/s].
+    pub natural_frequency: f64,
+    /// Damping ratio ζ [-].
+    pub damping_ratio: f64,
+}
+
+impl HalfCycle {
+    /// How long it takes [s]; infinite from ζ = 1 on.
+    pub fn time(&self) -> f64 {
+        let zeta = self.damping_ratio;
         if zeta >= 1.0 {
             return f64::INFINITY;
         }
-        std::f64::consts::PI / (self.natural_frequency() * (1.0 - zeta * zeta).sqrt())
+        std::f64::consts::PI / (self.natural_frequency * (1.0 - zeta * zeta).sqrt())
     }
 
-    /// Speed of parting over speed of closing when a cable snaps taut and goes slack again [-].
-    ///
-    /// The free solution after going taut is r − l₀ = (ṙ₀ / ω_d) e^(−ζωt) sin ω_d t, so the half
-    /// cycle ends with e = exp(−π ζ / √(1 − ζ²)). From ζ = 1 on nothing comes back.
-    pub fn snap_restitution(&self) -> f64 {
-        let zeta = self.damping_ratio();
+    /// Rate at its end over that at its start, exp(−π ζ / √(1 − ζ²)) [-]. From ζ = 1 on nothing comes back.
+    pub fn restitution(&self) -> f64 {
+        let zeta = self.damping_ratio;
         if zeta >= 1.0 {
             return 0.0;
         }
         (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp()
     }
 
-    /// Largest stretch within a snap that begins at `stretch_rate` [m].
-    ///
-    /// At ω_d t = arctan(√(1 − ζ²) / ζ): (ṙ₀ / ω) exp(−ζ / √(1 − ζ²) · ω_d t).
-    pub fn snap_stretch(&self, stretch_rate: f64) -> f64 {
-        let zeta = self.damping_ratio().min(1.0 - 1e-9);
+    /// Largest stretch when it begins at `rate` [m/s], in metres: (ṙ₀ / ω) exp(−ζ / √(1 − ζ²) · ω_d t) at
+    /// ω_d t = arctan(√(1 − ζ²) / ζ).
+    pub fn largest_stretch(&self, rate: f64) -> f64 {
+        let zeta = self.damping_ratio.min(1.0 - 1e-9);
         let root = (1.0 - zeta * zeta).sqrt();
-        stretch_rate / self.natural_frequency() * (-zeta / root * root.atan2(zeta)).exp()
+        rate / self.natural_frequency * (-zeta / root * root.atan2(zeta)).exp()
     }
 }
 
@@ -158,6 +172,7 @@ mod tests {
     #[test]
     fn snap_matches_the_integrated_half_cycle() {
         let cable = cable();
+        let snap = cable.half_cycle();
         let (mut stretch, mut rate, mut time, mut largest) = (0.0_f64, 1.0_f64, 0.0, 0.0_f64);
         let dt = 1e-6;
         while stretch >= 0.0 {
@@ -166,8 +181,8 @@ mod tests {
             time += dt;
             largest = largest.max(stretch);
         }
-        assert!((-rate - cable.snap_restitution()).abs() < 1e-5, "{rate}");
-        assert!((time - cable.snap_time()).abs() < 1e-5, "{time}");
-        assert!((largest - cable.snap_stretch(1.0)).abs() < 1e-6, "{largest}");
+        assert!((-rate - snap.restitution()).abs() < 1e-5, "{rate}");
+        assert!((time - snap.time()).abs() < 1e-5, "{time}");
+        assert!((largest - snap.largest_stretch(1.0)).abs() < 1e-6, "{largest}");
     }
 }

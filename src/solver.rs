@@ -27,7 +27,7 @@ pub struct Solver {
     /// `joints`: at most so many, while a step gains energy (see `step::iterations`).
     #[schemars(range(min = 1, max = 1000))]
     pub sweeps_max: u32,
-    /// `joints`: Gauss-Seidel passes over the cables that snap taut within a step; 0: snaps are left to the engine.
+    /// `joints`: passes over the cables that snap taut within a step, one for those that do at once; 0: snaps are left to the engine.
     #[schemars(range(max = 1000))]
     pub snap_passes: u32,
     /// `joints`: how the net flies while its box and the target's are apart.
@@ -66,9 +66,9 @@ impl Default for Solver {
             substeps: 1,
             sweeps: 2,
             sweeps_max: 64,
-            // Passes end when nothing snaps any more, so more cost nothing where 4 suffice. A 2 x 3
-            // mesh net of undamped Kevlar gains 64 % of its launch energy with 4, nothing with 16.
-            snap_passes: 16,
+            // Passes end when nothing snaps any more, so more cost nothing where 4 suffice. Table 3.2's net takes more than
+            // 16 in some steps, and none more than 32 where it is undamped.
+            snap_passes: 64,
             flight: Flight::Cables,
             integrator: Integrator::Auto,
             tolerance_m: Positive(1e-9),

@@ -1,6 +1,7 @@
 //! A step with cables as joints of the engine, and contact by the engine or by a response of our own.
 
 pub mod cables;
+mod snaps;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -442,7 +443,7 @@ impl RapierJoints {
     fn count(&self, work: &mut Work) {
         work.detections = self.contacts.n_detections().unwrap_or(work.detections);
         work.cable_rows = self.cables.n_rows;
-        work.snaps = self.cables.n_snaps;
+        work.snaps = self.cables.n_snaps();
     }
 }
 
