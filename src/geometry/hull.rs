@@ -30,6 +30,20 @@ pub struct Plane {
     pub offset: f64,
 }
 
+/// Half spaces of some planes of a hull.
+#[derive(Clone, Debug)]
+pub struct HalfSpaces {
+    planes: Vec<Plane>,
+    slack: f64,
+}
+
+impl HalfSpaces {
+    /// Whether `point` is in all of them, with the slack of the hull.
+    pub fn contain(&self, point: &Vector3<f64>) -> bool {
+        self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
+    }
+}
+
 impl Hull {
     /// Hull of `points`; `None` where there is none to speak of: fewer than four points, a
     /// coordinate that is not finite, or all points in one plane (to 1.5e-11 of their extent).
@@ -100,9 +114,27 @@ impl Hull {
         self.planes.iter().map(width).fold(f64::MAX, f64::min)
     }
 
+    /// The half spaces that tell which points of a ball are inside, those that do not hold all of it; `None` where one
+    /// holds nothing of it.
+    pub fn cutting(&self, centre: &Vector3<f64>, radius: f64) -> Option<HalfSpaces> {
+        let height = |plane: &Plane| plane.normal.dot(centre) - plane.offset;
+        if self.planes.iter().any(|plane| height(plane) > radius + 2.0 * self.slack) {
+            return None;
+        }
+        let planes = self.planes.iter().filter(|plane| height(plane) > -radius).copied().collect();
+        Some(HalfSpaces { planes, slack: self.slack })
+    }
+
     /// Whether `point` is inside, a slack of 1e-9 of the box's longest side included.
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
         self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
+    }
+
+    /// Whether all of the line between two points is outside of one face, and by more than the slack.
+    pub fn has_face_below(&self, ends: [&Vector3<f64>; 2]) -> bool {
+        let is_below =
+            |plane: &Plane| ends.iter().all(|end| plane.normal.dot(end) > plane.offset + self.slack);
+        self.planes.iter().any(is_below)
     }
 
     /// How deep `point` is inside: the distance to the surface, negative outside [m].
