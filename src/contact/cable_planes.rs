@@ -126,8 +126,10 @@ fn moved(plane: &ContactPlane, knots: &Knots, body: &Body) -> Option<ContactPlan
 /// The plane that stands nearest on the same cable and part.
 fn nearest<'a>(planes: &'a [ContactPlane], contact: &Contact) -> Option<&'a ContactPlane> {
     let place = contact.along.unwrap_or_default();
-    let same =
-        |plane: &&ContactPlane| plane.along().cable == place.cable && plane.record.part == contact.part;
+    // The part first: to look into the place is dearer.
+    let same = |plane: &&ContactPlane| {
+        plane.record.part == contact.part && plane.record.along.is_some_and(|at| at.cable == place.cable)
+    };
     let away = |plane: &ContactPlane| (plane.along().share - place.share).abs();
     let nearest = planes.iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
     nearest.filter(|plane| away(plane) < SAME_CONTACT)
