@@ -383,3 +383,40 @@ fn closing_speed(knots: &Knots) -> f64 {
 fn parrys(v: &Vector3<f64>) -> ParryVector {
     ParryVector::new(v.x, v.y, v.z)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Whatever a day is, and however many pass at once, exactly what is due is taken, and nothing is lost.
+    #[test]
+    fn a_calendar_gives_what_is_due_and_keeps_the_rest() {
+        for (day, pace) in [(1e-3, 1e-4), (1e-3, 5e-2), (1e-5, 1.0), (10.0, 1e-2)] {
+            let mut random = ChaCha8Rng::seed_from_u64(1);
+            let (mut calendar, mut waiting) = (Calendar::new(day), Vec::new());
+            let (mut until, mut due) = (0.0, Vec::new());
+            for n in 0..2000 {
+                // Some are due at once, some after the last day.
+                let reach = [2.0 * pace, 3.0 * day * DAYS as f64, 0.0][n % 3];
+                let pair = DistantPair {
+                    due: until + reach * random.random_range(0.0..1.0),
+                    strands: [n as u32, 0],
+                };
+                calendar.push(pair);
+                waiting.push(pair);
+                until += pace * random.random_range(0.0..1.0);
+                due.clear();
+                calendar.take_due(until, &mut due);
+                let (mut expected, rest): (Vec<DistantPair>, Vec<DistantPair>) =
+                    waiting.iter().partition(|pair| pair.due <= until);
+                due.sort_unstable_by_key(|pair| pair.strands);
+                expected.sort_unstable_by_key(|pair| pair.strands);
+                assert_eq!(due, expected);
+                assert_eq!(calendar.len(), rest.len());
+                waiting = rest;
+            }
+        }
+    }
+}

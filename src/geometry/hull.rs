@@ -271,6 +271,30 @@ mod tests {
         assert!(!hull.contains(&Vector3::new(f64::NAN, 1.0, 1.0)));
     }
 
+    /// Faces that hold all of a ball, or nothing of it, tell the same of its points as all do; and a line outside of one
+    /// face has no point inside.
+    #[test]
+    fn faces_that_cut_a_ball_tell_what_is_inside() {
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let hull = Hull::of(&(0..40).map(|_| random_point(&mut rng)).collect::<Vec<_>>()).unwrap();
+        let (mut none, mut below) = (0, 0);
+        for _ in 0..300 {
+            let (centre, radius) = (1.5 * random_point(&mut rng), rng.random_range(0.05..0.5));
+            let cutting = hull.cutting(&centre, radius);
+            none += usize::from(cutting.is_none());
+            for _ in 0..10 {
+                let point = centre + radius * random_point(&mut rng).normalize();
+                assert_eq!(cutting.as_ref().is_some_and(|some| some.contain(&point)), hull.contains(&point));
+            }
+            let [from, to] = [(); 2].map(|()| 1.5 * random_point(&mut rng));
+            if hull.has_face_below([&from, &to]) {
+                below += 1;
+                assert!((0..=20).all(|i| !hull.contains(&from.lerp(&to, f64::from(i) / 20.0))));
+            }
+        }
+        assert!(none > 20 && below > 20, "{none} {below}");
+    }
+
     #[test]
     fn no_hull_without_volume() {
         let p = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
