@@ -39,9 +39,10 @@ impl Knots {
     /// Whether their box is farther than `reach` [m] from the body's centre along some axis.
     pub fn apart_from(&self, body: &Body, reach: f64) -> bool {
         (0..3).any(|axis| {
-            let along = || self.position.iter().map(|p| p[axis]);
-            along().fold(f64::INFINITY, f64::min) > body.position[axis] + reach
-                || along().fold(f64::NEG_INFINITY, f64::max) < body.position[axis] - reach
+            // The first that is not beyond ends it: mostly the first of all.
+            let mut along = self.position.iter().map(|p| p[axis]);
+            let (low, high) = (body.position[axis] - reach, body.position[axis] + reach);
+            along.clone().all(|x| x > high) || along.all(|x| x < low)
         })
     }
 }
@@ -317,8 +318,8 @@ impl State {
 
     /// The first knot whose position or velocity is not a number.
     pub fn first_bad_knot(&self) -> Option<usize> {
-        let sound = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
         let mut pairs = self.knots.position.iter().zip(&self.knots.velocity);
-        pairs.position(|(position, velocity)| !sound(position) || !sound(velocity))
+        // A sum is a number only of numbers.
+        pairs.position(|(position, velocity)| !(position + velocity).sum().is_finite())
     }
 }

@@ -38,6 +38,8 @@ pub struct CablePlanes {
     /// Contacts and planes of a detection; kept for their memory.
     found: Vec<Contact>,
     before: Vec<ContactPlane>,
+    /// How many planes the last detection found: they come first, in the order of cables, and those kept after them.
+    n_found: usize,
 }
 
 impl CablePlanes {
@@ -50,6 +52,7 @@ impl CablePlanes {
             by_force,
             found: Vec::new(),
             before: Vec::new(),
+            n_found: 0,
         }
     }
 
@@ -59,13 +62,14 @@ impl CablePlanes {
         self.detector.detect(state, body, margin, &mut self.found);
         self.before.clear();
         self.before.append(planes);
+        let (ordered, kept) = self.before.split_at(self.n_found.min(self.before.len()));
         for contact in &self.found {
-            let old = nearest(&self.before, contact);
+            let old = nearest(of_cable(ordered, contact).iter().chain(kept), contact);
             planes.push(self.follow(self.plane(contact, knots, body), old, knots, body));
         }
-        let n_found = planes.len();
+        self.n_found = planes.len();
         for old in &self.before {
-            if nearest(&planes[..n_found], &old.record).is_none()
+            if nearest(of_cable(&planes[..self.n_found], &old.record), &old.record).is_none()
                 && let Some(moved) = moved(old, knots, body)
                 && self.is_real(&moved, knots, body, margin)
             {
@@ -123,12 +127,23 @@ fn moved(plane: &ContactPlane, knots: &Knots, body: &Body) -> Option<ContactPlan
     (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
 }
 
+/// Those of `planes`, in the order of cables, that are of the cable of `contact`.
+fn of_cable<'a>(planes: &'a [ContactPlane], contact: &Contact) -> &'a [ContactPlane] {
+    let cable = contact.along.unwrap_or_default().cable;
+    let first = planes.partition_point(|plane| plane.along().cable < cable);
+    let n = planes[first..].partition_point(|plane| plane.along().cable == cable);
+    &planes[first..first + n]
+}
+
 /// The plane that stands nearest on the same cable and part.
-fn nearest<'a>(planes: &'a [ContactPlane], contact: &Contact) -> Option<&'a ContactPlane> {
+fn nearest<'a>(
+    planes: impl IntoIterator<Item = &'a ContactPlane>,
+    contact: &Contact,
+) -> Option<&'a ContactPlane> {
     let place = contact.along.unwrap_or_default();
     let same =
         |plane: &&ContactPlane| plane.along().cable == place.cable && plane.record.part == contact.part;
     let away = |plane: &ContactPlane| (plane.along().share - place.share).abs();
-    let nearest = planes.iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
+    let nearest = planes.into_iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
     nearest.filter(|plane| away(plane) < SAME_CONTACT)
 }

@@ -99,7 +99,10 @@ pub fn solve(
                 row.apply(&(change * row.normal), net, body, target);
                 largest = largest.max(change.abs() * diagonal);
             }
-            if let Some(law) = law.filter(|_| index < n_rubbing && !row.bounces) {
+            if let Some(law) = law
+                && index < n_rubbing
+                && !row.bounces
+            {
                 let change = rub(law, row, net, body, target);
                 largest = largest.max(change);
             }

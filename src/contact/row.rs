@@ -144,8 +144,27 @@ impl JacobianWeights {
         self.all()[0].0
     }
 
+    /// Has `act` take each knot with its weight.
+    #[inline(always)]
+    fn each(&self, mut act: impl FnMut(usize, f64)) {
+        // One after another and not in a loop: it is what passes over rows consist of.
+        match *self {
+            JacobianWeights::One([(a, s)]) => act(a, s),
+            JacobianWeights::Two([(a, s), (b, t)]) => {
+                act(a, s);
+                act(b, t);
+            }
+            JacobianWeights::Four([(a, s), (b, t), (c, u), (d, v)]) => {
+                act(a, s);
+                act(b, t);
+                act(c, u);
+                act(d, v);
+            }
+        }
+    }
+
     /// The weighted sum of a quantity of the knots.
-    #[inline]
+    #[inline(always)]
     pub fn sum(&self, of: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
         match *self {
             JacobianWeights::One([(knot, _)]) => of(knot),
@@ -171,14 +190,14 @@ impl ContactRow {
     }
 
     /// Velocity of the net relative to the other side now [m/s].
-    #[inline]
+    #[inline(always)]
     pub fn velocity_now(&self, net: &impl NetMotion, body: &Body) -> Vector3<f64> {
         let of_net = self.weights.sum(|knot| net.velocity(knot));
         of_net - self.arm.map_or_else(Vector3::zeros, |arm| body.velocity + body.rate.cross(&arm))
     }
 
     /// Gives `impulse` [N s] to the net, and takes it from the other side.
-    #[inline]
+    #[inline(always)]
     pub fn apply(
         &self,
         impulse: &Vector3<f64>,
@@ -186,9 +205,7 @@ impl ContactRow {
         body: &mut Body,
         target: &InverseInertia,
     ) {
-        for &(knot, weight) in self.weights.all() {
-            net.push(knot, impulse, weight);
-        }
+        self.weights.each(|knot, weight| net.push(knot, impulse, weight));
         if let Some(arm) = self.arm {
             body.velocity -= target.inverse_mass * impulse;
             body.rate -= target.inverse_inertia * arm.cross(impulse);

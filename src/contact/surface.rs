@@ -29,8 +29,6 @@ pub enum Feature {
         detector: Detector,
         /// Of each [m].
         radius: Vec<f64>,
-        /// Contacts of a detection; kept for their memory.
-        found: Vec<Contact>,
     },
     /// Its cables.
     Cables(CablePlanes),
@@ -60,7 +58,7 @@ impl Feature {
     /// The knots of `net` around `target`, found in the engine's `precision`.
     pub fn knots(net: &Net, target: &Target, precision: Precision) -> Feature {
         let detector = Detector::new(net, target, precision);
-        Feature::Knots { detector, radius: net.radius.clone(), found: Vec::new() }
+        Feature::Knots { detector, radius: net.radius.clone() }
     }
 
     /// Number of colliders of its detector.
@@ -137,10 +135,10 @@ impl SurfaceContacts {
         let (planes, schedule) = (&mut self.planes, &mut self.schedule);
         self.n_detections += 1;
         match &mut self.feature {
-            Feature::Knots { detector, radius, found } => {
-                detector.detect(schedule.renew(&state.knots, body, margin), margin, found);
+            Feature::Knots { detector, radius } => {
+                let found = detector.detect(schedule.renew(&state.knots, body, margin), margin);
                 planes.clear();
-                for contact in &*found {
+                for contact in found {
                     let (knot, normal) = (contact.knot, contact.normal);
                     schedule.found(knot, normal);
                     let height = normal.dot(&schedule.at(knot)) - contact.gap;

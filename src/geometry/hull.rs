@@ -30,6 +30,20 @@ pub struct Plane {
     pub offset: f64,
 }
 
+/// Half spaces of some planes of a hull.
+#[derive(Clone, Debug)]
+pub struct HalfSpaces {
+    planes: Vec<Plane>,
+    slack: f64,
+}
+
+impl HalfSpaces {
+    /// Whether `point` is in all of them, with the slack of the hull.
+    pub fn contain(&self, point: &Vector3<f64>) -> bool {
+        self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
+    }
+}
+
 impl Hull {
     /// Hull of `points`; `None` where there is none to speak of: fewer than four points, a
     /// coordinate that is not finite, or all points in one plane (to 1.5e-11 of their extent).
@@ -100,9 +114,27 @@ impl Hull {
         self.planes.iter().map(width).fold(f64::MAX, f64::min)
     }
 
+    /// The half spaces that tell which points of a ball are inside, those that do not hold all of it; `None` where one
+    /// holds nothing of it.
+    pub fn cutting(&self, centre: &Vector3<f64>, radius: f64) -> Option<HalfSpaces> {
+        let height = |plane: &Plane| plane.normal.dot(centre) - plane.offset;
+        if self.planes.iter().any(|plane| height(plane) > radius + 2.0 * self.slack) {
+            return None;
+        }
+        let planes = self.planes.iter().filter(|plane| height(plane) > -radius).copied().collect();
+        Some(HalfSpaces { planes, slack: self.slack })
+    }
+
     /// Whether `point` is inside, a slack of 1e-9 of the box's longest side included.
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
         self.planes.iter().all(|plane| plane.normal.dot(point) <= plane.offset + self.slack)
+    }
+
+    /// Whether all of the line between two points is outside of one face, and by more than the slack.
+    pub fn has_face_below(&self, ends: [&Vector3<f64>; 2]) -> bool {
+        let is_below =
+            |plane: &Plane| ends.iter().all(|end| plane.normal.dot(end) > plane.offset + self.slack);
+        self.planes.iter().any(is_below)
     }
 
     /// How deep `point` is inside: the distance to the surface, negative outside [m].
@@ -237,6 +269,30 @@ mod tests {
         assert!(hull.contains(&Vector3::new(2.0, 1.0, 1.0)), "a face is inside");
         assert!(!hull.contains(&Vector3::new(2.0 + 1e-8, 1.0, 1.0)));
         assert!(!hull.contains(&Vector3::new(f64::NAN, 1.0, 1.0)));
+    }
+
+    /// Faces that hold all of a ball, or nothing of it, tell the same of its points as all do; and a line outside of one
+    /// face has no point inside.
+    #[test]
+    fn faces_that_cut_a_ball_tell_what_is_inside() {
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let hull = Hull::of(&(0..40).map(|_| random_point(&mut rng)).collect::<Vec<_>>()).unwrap();
+        let (mut none, mut below) = (0, 0);
+        for _ in 0..300 {
+            let (centre, radius) = (1.5 * random_point(&mut rng), rng.random_range(0.05..0.5));
+            let cutting = hull.cutting(&centre, radius);
+            none += usize::from(cutting.is_none());
+            for _ in 0..10 {
+                let point = centre + radius * random_point(&mut rng).normalize();
+                assert_eq!(cutting.as_ref().is_some_and(|some| some.contain(&point)), hull.contains(&point));
+            }
+            let [from, to] = [(); 2].map(|()| 1.5 * random_point(&mut rng));
+            if hull.has_face_below([&from, &to]) {
+                below += 1;
+                assert!((0..=20).all(|i| !hull.contains(&from.lerp(&to, f64::from(i) / 20.0))));
+            }
+        }
+        assert!(none > 20 && below > 20, "{none} {below}");
     }
 
     #[test]

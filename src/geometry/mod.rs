@@ -5,7 +5,7 @@ mod hull;
 
 use nalgebra::Vector3;
 
-pub use hull::{Hull, Plane};
+pub use hull::{HalfSpaces, Hull, Plane};
 
 /// Vector area of a closed polygon in space [m^2]: its direction is the normal of a flat polygon
 /// that runs counter-clockwise, its length the area that the outline spans.

@@ -107,7 +107,9 @@ fn turned(before: Option<&f64>, frames: &Frames, frame: usize) -> f64 {
 
 /// Share of the target inside the hull of the knots [-].
 fn enclosed(target: &Target, body: &Body, hull: &Hull) -> f64 {
-    let inside = |sample: &&Vector3<f64>| hull.contains(&(body.position + body.attitude * *sample));
+    // Many faces have all of the target behind them, and one before it all is in front of most of a flying net.
+    let Some(hull) = hull.cutting(&body.position, target.bounding_radius) else { return 0.0 };
+    let inside = |sample: &&Vector3<f64>| hull.contain(&(body.position + body.attitude * *sample));
     target.samples.iter().filter(inside).count() as f64 / target.samples.len() as f64
 }
 

@@ -71,12 +71,17 @@ impl Inside {
             && self.solids.iter().any(|solid| {
                 let (centre, radius) = &solid.ball;
                 let outwards = to_line(centre, &a, &b);
-                outwards.norm() <= *radius && !solid.is_below(&outwards, [&a, &b]) && {
-                    // Most cables are outside: the search for a gap begins where it is likely.
-                    let (line, first) = (Segment::new(parrys(&a), parrys(&b)), outwards.try_normalize(0.0));
-                    let first = first.as_ref().map(parrys);
-                    meet(&Pose::IDENTITY, solid, &line, &mut VoronoiSimplex::new(), first).0
-                }
+                let ends = [&a, &b];
+                outwards.norm() <= *radius
+                    && !solid.is_below(&outwards, ends)
+                    && !solid.part.has_face_below(ends)
+                    && {
+                        // Most cables are outside: the search for a gap begins where it is likely.
+                        let (line, first) =
+                            (Segment::new(parrys(&a), parrys(&b)), outwards.try_normalize(0.0));
+                        let first = first.as_ref().map(parrys);
+                        meet(&Pose::IDENTITY, solid, &line, &mut VoronoiSimplex::new(), first).0
+                    }
             })
     }
 }

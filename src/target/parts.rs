@@ -217,6 +217,19 @@ impl Primitive {
         }
     }
 
+    /// Whether all of the line between two points is outside of one flat face.
+    pub fn has_face_below(&self, ends: [&Vector3<f64>; 2]) -> bool {
+        let beyond = |axis: usize, half: f64| {
+            ends.iter().all(|end| end[axis] > half) || ends.iter().all(|end| end[axis] < -half)
+        };
+        match self {
+            Primitive::Cuboid { half } => (0..3).any(|axis| beyond(axis, half[axis])),
+            Primitive::Cylinder { half_length, .. } => beyond(1, *half_length),
+            Primitive::Convex { hull } => hull.has_face_below(ends),
+            Primitive::Capsule { .. } | Primitive::Ball { .. } => false,
+        }
+    }
+
     /// Points on the solid whose hull stands for it; round solids lose a little (see
     /// [`CIRCLE_POINTS`]).
     pub(super) fn hull_points(&self) -> Vec<Vector3<f64>> {
@@ -281,6 +294,11 @@ impl ConvexPart {
     /// Whether a point of the body frame is surely farther than `distance` outside [m].
     pub fn is_farther(&self, point: &Vector3<f64>, distance: f64) -> bool {
         self.primitive.is_farther(&self.to_part(point), distance)
+    }
+
+    /// Whether all of the line between two points of the body frame is outside of one flat face.
+    pub fn has_face_below(&self, [a, b]: [&Vector3<f64>; 2]) -> bool {
+        self.primitive.has_face_below([&self.to_part(a), &self.to_part(b)])
     }
 
     /// Points of the part, in the body frame, that make the hull of the whole target.

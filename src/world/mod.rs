@@ -192,9 +192,9 @@ impl Detector {
     }
 
     /// Contacts whose gap is at most `margin` [m], in the body frame and in the order of knots and parts; the
-    /// `renewed` knots are moved to new places in that frame [m]. The engine looks at no other again.
-    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], margin: f64, contacts: &mut Vec<Contact>) {
-        either!(Finder, &mut self.0, engine => engine.detect(renewed, margin, contacts));
+    /// `renewed` knots, in order, are at new places in that frame [m]. The engine looks at no other again.
+    pub fn detect(&mut self, renewed: &[(usize, Vector3<f64>)], margin: f64) -> &[Contact] {
+        either!(Finder, &mut self.0, engine => engine.detect(renewed, margin))
     }
 
     /// Number of colliders.
