@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::convert::{engines, engines_pose, engines_pose_of, number, ours, real};
 use super::rapier::geometry::{Aabb, Ball, SharedShape};
-use super::rapier::math::Pose;
+use super::rapier::math::{Pose, Vector};
 use super::rapier::parry::bounding_volume::BoundingVolume;
 use super::rapier::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use super::rapier::prelude::{
@@ -37,14 +37,17 @@ struct PlacedPart {
     pose: Pose,
     /// Its box, in its own frame.
     bounds: Aabb,
+    /// Centre of that box in the body frame.
+    centre: Vector,
 }
 
 impl Detector {
     /// Finds contacts of `net` with `target`.
     pub fn new(net: &Net, target: &Target) -> Detector {
         let placed = |part| {
-            let shape = shapes::shape(part);
-            PlacedPart { pose: engines_pose(&part.pose), bounds: shape.compute_local_aabb(), shape }
+            let (shape, pose) = (shapes::shape(part), engines_pose(&part.pose));
+            let bounds = shape.compute_local_aabb();
+            PlacedPart { centre: pose * bounds.center(), pose, bounds, shape }
         };
         Detector {
             balls: net.radius.iter().map(|radius| Ball::new(real(*radius))).collect(),
@@ -78,9 +81,14 @@ impl Detector {
     /// Adds the contacts of a knot at a place in the body frame [m].
     fn look(&mut self, knot: usize, at: &Vector3<f64>, margin: f64) {
         let (ball, at) = (&self.balls[knot], Pose::from_translation(engines(at)));
-        for (index, PlacedPart { shape, pose, bounds }) in self.parts.iter().enumerate() {
+        for (index, PlacedPart { shape, pose, bounds, centre }) in self.parts.iter().enumerate() {
+            // Of hundreds of parts most are farther than a corner of the box, which takes no turn into its frame.
+            let bounds = bounds.loosened(ball.radius + real(margin));
+            if (at.translation - *centre).length_squared() > bounds.half_extents().length_squared() {
+                continue;
+            }
             let in_part = pose.inv_mul(&at);
-            if !bounds.loosened(ball.radius + real(margin)).contains_local_point(in_part.translation) {
+            if !bounds.contains_local_point(in_part.translation) {
                 continue;
             }
             let seen = DefaultQueryDispatcher.contact_manifolds(
