@@ -16,9 +16,6 @@ fn all_hold(stress: &Stress) {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Cases that the default pair is known not to hold, asserted as they are: a thread gives a little more than it got.
-const KNOWN: [&str; 1] = ["winch-at-its-limit"];
-
 /// Cases of minutes: `tumblenet stress` runs them.
 const LONG: [&str; 3] = ["ten-thousand-knots", "million-steps", "middle-axis-300-s"];
 
@@ -32,7 +29,7 @@ fn the_default_pair_holds_every_hard_case() {
     let held = |verdict| matches!(verdict, StressVerdict::Holds | StressVerdict::Refused);
     let not_held = stress.rows.iter().filter(|row| !held(row.verdict));
     let names: Vec<&str> = not_held.map(|row| row.case.as_str()).collect();
-    assert_eq!(names, KNOWN, "{}", text(&stress));
+    assert!(names.is_empty(), "{names:?}\n{}", text(&stress));
 }
 
 #[test]

@@ -6,7 +6,7 @@
 //! into speed. A net of 6 x 6 meshes of 7 cm around a box (`stress e-`) gained so, over its launch
 //! energy: at 0.5 ms nothing with nylon, 5 with 70 GPa, 18 with 230 GPa; at 5 ms 430 and 240 000. In
 //! parts of a few periods rows converge in few sweeps. So a step whose cables made energy is taken
-//! back and done again in twice as many parts, until they make none, or the parts are as short as
+//! back and done again in twice as many parts, until they make none, or the parts are shorter than
 //! those of an explicit net, where an implicit row is nearly exact; the number then falls by an
 //! eighth a step.
 
@@ -42,6 +42,11 @@ impl AdaptiveSubstep {
     pub fn new(least: u32, most: u32) -> AdaptiveSubstep {
         let least = least.max(1);
         AdaptiveSubstep { least, most: most.max(least), now: least, scale: 0.0, made: 0.0 }
+    }
+
+    /// Hears that steps are to be in so many parts at most.
+    pub fn at_most(&mut self, parts: u32) {
+        self.most = self.most.min(parts).max(self.least);
     }
 
     /// Hears that the coming step needs so many parts at least, whatever its energy.
