@@ -8,7 +8,7 @@
 //!    cable's own spring (ω / 2π in Hz, ζ). Solved implicitly in every sub-step it is a
 //!    Kelvin–Voigt element that only pulls (Eq. 3.3).
 //! 2. **Snap**: a cable that goes taut and slack again within a few steps is too fast for the implicit row, and passes on
-//!    an impulse before the step ([`super::snaps`]).
+//!    an impulse before the step (`snaps.rs` beside).
 //! 3. **Rest**: a cable that cannot become taut within the step has no row in it.
 //!
 //! Limits: a snap acts at the start of the step it falls in, so its time is known to a step; the
