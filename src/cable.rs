@@ -82,17 +82,18 @@ impl Cable {
 
     /// Natural frequency ω of the two end knots on this cable [rad/s].
     pub fn natural_frequency(&self) -> f64 {
-        (self.stiffness / self.reduced_mass).sqrt()
+        self.half_cycle(self.reduced_mass).natural_frequency
     }
 
     /// Damping ratio ζ of the two end knots on this cable [-].
     pub fn damping_ratio(&self) -> f64 {
-        self.damping / (2.0 * self.reduced_mass * self.natural_frequency())
+        self.half_cycle(self.reduced_mass).damping_ratio
     }
 
-    /// What happens to the two end knots when this cable alone goes taut.
-    pub fn half_cycle(&self) -> HalfCycle {
-        HalfCycle { natural_frequency: self.natural_frequency(), damping_ratio: self.damping_ratio() }
+    /// What happens when this cable goes taut and stops a `mass` [kg]: of its two end knots, where it is alone, the reduced mass.
+    pub fn half_cycle(&self, mass: f64) -> HalfCycle {
+        let natural_frequency = (self.stiffness / mass).sqrt();
+        HalfCycle { natural_frequency, damping_ratio: self.damping / (2.0 * mass * natural_frequency) }
     }
 }
 
@@ -172,7 +173,7 @@ mod tests {
     #[test]
     fn snap_matches_the_integrated_half_cycle() {
         let cable = cable();
-        let snap = cable.half_cycle();
+        let snap = cable.half_cycle(cable.reduced_mass);
         let (mut stretch, mut rate, mut time, mut largest) = (0.0_f64, 1.0_f64, 0.0, 0.0_f64);
         let dt = 1e-6;
         while stretch >= 0.0 {

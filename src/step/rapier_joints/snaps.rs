@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::cable::{Cable, HalfCycle};
+use crate::cable::Cable;
 use crate::net::Net;
 use crate::state::{Knots, State};
 
@@ -83,13 +83,6 @@ struct Snap {
     mass: f64,
 }
 
-impl Snap {
-    fn half_cycle(&self, cable: &Cable) -> HalfCycle {
-        let natural_frequency = (cable.stiffness / self.mass).sqrt();
-        HalfCycle { natural_frequency, damping_ratio: cable.damping / (2.0 * self.mass * natural_frequency) }
-    }
-}
-
 impl Snaps {
     /// The snaps of the cables of `net`, in `most_problems` one after another within a step, at most.
     pub fn new(net: &Net, most_problems: u32) -> Snaps {
@@ -97,7 +90,7 @@ impl Snaps {
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             most_problems,
             together: Vec::new(),
-            alone: net.cables.iter().map(|cable| cable.half_cycle().time()).collect(),
+            alone: net.cables.iter().map(|cable| cable.half_cycle(cable.reduced_mass).time()).collect(),
             tensions: Vec::new(),
             count: 0,
             cables: Arc::clone(&net.cables),
@@ -117,14 +110,14 @@ impl Snaps {
             for snap in &mut self.together {
                 let cable = &self.cables[snap.cable];
                 snap.mass = (snap.impulse / snap.rate).max(cable.reduced_mass);
-                snap.wanted = -snap.half_cycle(cable).restitution() * snap.rate;
+                snap.wanted = -cable.half_cycle(snap.mass).restitution() * snap.rate;
             }
             self.pull(&mut knots.velocity);
             for snap in self.together.iter().filter(|snap| snap.impulse > 0.0) {
                 let cable = &self.cables[snap.cable];
                 touched[cable.a] = true;
                 touched[cable.b] = true;
-                let stretch = snap.half_cycle(cable).largest_stretch(snap.rate);
+                let stretch = cable.half_cycle(snap.mass).largest_stretch(snap.rate);
                 self.tensions.push((snap.cable, cable.stiffness * stretch));
                 self.count += 1;
             }
