@@ -2,8 +2,8 @@
 
 const over = $("over"), pen = over.getContext("2d");
 let drawScene = glRenderer($("gl"));
-const flat = drawScene ? null : canvasRenderer();
-$("gl").addEventListener("webglcontextlost", event => { event.preventDefault(); drawScene = () => {}; });
+let flat = null; // in its place, where there is no graphics card or while it is lost
+$("gl").addEventListener("webglcontextlost", event => { event.preventDefault(); drawScene = null; dirty = true; });
 $("gl").addEventListener("webglcontextrestored", () => { drawScene = glRenderer($("gl")); dirty = true; });
 let dirty = true;
 
@@ -12,7 +12,7 @@ function draw() {
   compose(L);
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, width, height);
-  if (drawScene) drawScene(L); else flat(L, pen);
+  if (drawScene) drawScene(L); else (flat ??= canvasRenderer())(L, pen);
   pen.textAlign = "center"; pen.textBaseline = "middle"; pen.lineJoin = "round";
   pen.strokeStyle = palette.bg.css; pen.lineWidth = 3;
   const taken = [];
