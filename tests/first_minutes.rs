@@ -140,6 +140,29 @@ fn list_is_a_table_and_not_a_paragraph_a_scene() {
     assert!(!text.contains("Left open by the source"), "{text}");
 }
 
+/// A program reads there what the tables show, and every scene by its name.
+#[test]
+fn list_as_json_has_every_name_of_the_tables() {
+    let folder = Path::new(".");
+    let listed: Value = serde_json::from_str(&printed(folder, &["list", "--json"])).unwrap();
+    let text = printed(folder, &["list"]);
+    let mut n_names = 0;
+    for (kind, rows) in listed.as_object().unwrap() {
+        for row in rows.as_array().unwrap() {
+            let name = row["name"].as_str().unwrap();
+            assert!(text.lines().any(|line| line.split_whitespace().next() == Some(name)), "{kind} {name}");
+            n_names += 1;
+        }
+    }
+    let kinds = listed.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    assert_eq!(kinds, ["scenes", "shapes", "materials", "cabins", "studies"]);
+    // Heads of one line each but for the materials', which have two; a sentence at the end.
+    let n_lines = text.lines().filter(|line| line.starts_with(' ')).count();
+    assert_eq!(n_lines, n_names + 6, "{text}");
+    assert_eq!(listed["materials"][0]["young_modulus_pa"], 230e9);
+    assert_eq!(listed["scenes"].as_array().unwrap().len(), tumblenet::assets::Kind::Scene.names().len());
+}
+
 #[test]
 fn the_help_says_what_happens_without_a_command_and_what_the_words_mean() {
     let folder = Path::new(".");

@@ -1,15 +1,27 @@
 //! `tumblenet list`: what is built in.
 
+use clap::Args;
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tumblenet::assets::Kind;
 use tumblenet::report::text_table::TextTable;
 
 use super::{Error, print};
 
+/// Arguments of `list`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Prints the same as JSON: of each kind names, titles, and numbers in SI units.
+    #[arg(long)]
+    json: bool,
+}
+
 /// Prints what is built in, a table a kind.
-pub fn main() -> Result<(), Error> {
+pub fn main(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.json {
+        return print(&super::json(&as_json()));
+    }
     let mut text = String::new();
     for (head, table) in [
         ("scenes", scenes()),
@@ -22,6 +34,27 @@ pub fn main() -> Result<(), Error> {
     }
     text.push_str("More on one: `tumblenet show SCENE`. To begin a scene of your own: `tumblenet new FILE`.");
     print(&text)
+}
+
+/// What the tables show, without rounding, for a program.
+fn as_json() -> Value {
+    let rows = |kind: Kind, more: fn(&Value) -> Value| -> Vec<Value> {
+        let row = |(name, content): (&str, Value)| {
+            let mut row = json!({ "name": name });
+            tumblenet::json::merge(&mut row, more(&content));
+            row
+        };
+        all(kind).map(row).collect()
+    };
+    let cabins: Vec<Value> =
+        Kind::Cabin.names().into_iter().map(|name| json!({ "name": name, "title": comment(name) })).collect();
+    json!({
+        "scenes": rows(Kind::Scene, |scene| json!({ "title": scene["title"], "expect": scene["expect"] })),
+        "shapes": rows(Kind::Shape, |shape| json!({ "title": shape["title"], "parts": n_parts(shape) })),
+        "materials": rows(Kind::Material, Value::clone),
+        "cabins": cabins,
+        "studies": rows(Kind::Study, |study| json!({ "title": study["title"], "scene": study["scene"] })),
+    })
 }
 
 fn table(header: &[&str]) -> TextTable {
@@ -75,11 +108,14 @@ fn studies() -> TextTable {
 fn shapes() -> TextTable {
     let mut rows = table(&["name", "what", "parts"]);
     for (name, shape) in all(Kind::Shape) {
-        let n_parts = shape["parts"].as_array().map_or(0, Vec::len);
-        let n_parts = Cell::new(n_parts).set_alignment(CellAlignment::Right);
+        let n_parts = Cell::new(n_parts(&shape)).set_alignment(CellAlignment::Right);
         rows.add_row([Cell::new(name), Cell::new(what(&shape)), n_parts]);
     }
     rows
+}
+
+fn n_parts(shape: &Value) -> usize {
+    shape["parts"].as_array().map_or(0, Vec::len)
 }
 
 fn materials() -> TextTable {
@@ -104,9 +140,14 @@ fn materials() -> TextTable {
 fn cabins() -> TextTable {
     let mut rows = table(&["name", "what"]);
     for name in Kind::Cabin.names() {
-        let text = Kind::Cabin.text(name).unwrap_or_default();
-        let comment = text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim);
-        rows.add_row([name, &comment.collect::<Vec<_>>().join(" ")]);
+        rows.add_row([name, &comment(name)]);
     }
     rows
+}
+
+/// What the file of a cabin's motion says at its head.
+fn comment(name: &str) -> String {
+    let text = Kind::Cabin.text(name).unwrap_or_default();
+    let lines = text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim);
+    lines.collect::<Vec<_>>().join(" ")
 }

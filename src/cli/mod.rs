@@ -100,7 +100,7 @@ enum Command {
     /// Reads and checks scenes, without running them.
     Check(check::Arguments),
     /// Lists what is built in: scenes, shapes, materials.
-    List,
+    List(list::Arguments),
     /// Shows a scene with every default filled in, and what a run of it consists of.
     Show(show::Arguments),
     /// Prints the JSON Schema of a kind of files: what is read, or a result.
@@ -179,7 +179,7 @@ fn obey(command: Option<Command>) -> Result<(), Error> {
         Some(Command::Cost(arguments)) => cost::main(&arguments),
         Some(Command::Stress(arguments)) => stress::main(&arguments),
         Some(Command::Check(arguments)) => check::main(&arguments),
-        Some(Command::List) => list::main(),
+        Some(Command::List(arguments)) => list::main(&arguments),
         Some(Command::Show(arguments)) => show::main(&arguments),
         Some(Command::New(arguments)) => new::main(&arguments),
         Some(Command::Sweep(arguments)) => sweep::main(&arguments),

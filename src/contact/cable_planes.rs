@@ -26,6 +26,9 @@ use super::plane::ContactPlane;
 /// A place found anew within this share of the cable from one known before is the same.
 const SAME_CONTACT: f64 = 0.1;
 
+/// How far a point may be outside of a face and on it [m]: what the engine's closest points may err.
+const ON_FACE: f64 = 1e-5;
+
 /// Finds planes of cables.
 pub struct CablePlanes {
     detector: CableDetector,
@@ -73,8 +76,21 @@ impl CablePlanes {
                 && let Some(moved) = moved(old, knots, body)
                 && self.is_real(&moved, knots, body, margin)
             {
-                planes.push(self.follow(moved, Some(old), knots, body));
+                let mut plane = self.follow(moved, Some(old), knots, body);
+                self.slide(&mut plane, knots, body);
+                planes.push(plane);
             }
+        }
+    }
+
+    /// Moves the foot of a plane below its place, where that is still on the flat face: a cable that slides over a face
+    /// takes its places along.
+    fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
+        let place = plane.record.at_place(&knots.position) - body.position;
+        let below = body.attitude.inverse_transform_vector(&place)
+            - (plane.gap(&place, body) + plane.radius) * plane.normal;
+        if self.solids[plane.record.part].depth(&below) > -ON_FACE {
+            plane.foot = below;
         }
     }
 
@@ -87,13 +103,22 @@ impl CablePlanes {
     }
 
     /// Whether a plane is still the surface of the target near the cable: within half the `margin` of its
-    /// foot, and as far from the place as the part is. A cable that slid off an edge has the part beside it,
-    /// and the plane above.
+    /// foot, and as far from the place, or from some place of the cable, as the part is. A cable that slid off an edge has
+    /// the part beside it, and the plane above. One that lies straight below a face has the next face beside it where it comes
+    /// out: were that all that counts, it would be held at one end and at the other in turn, and sink.
     fn is_real(&self, plane: &ContactPlane, knots: &Knots, body: &Body, margin: f64) -> bool {
+        let part = &self.solids[plane.record.part];
         let place = plane.record.at_place(&knots.position) - body.position;
         let in_body = body.attitude.inverse_transform_vector(&place);
-        let distance = -self.solids[plane.record.part].depth(&in_body) - plane.radius;
-        (in_body - plane.foot).norm() < 0.5 * margin && distance - plane.gap(&place, body) < plane.radius
+        let gap = plane.gap(&place, body);
+        let is_so_deep = |depth: f64| -depth - plane.radius - gap < plane.radius;
+        let deepest = || {
+            let [from, to] =
+                [plane.record.knot, plane.along().end].map(|knot| body.to_body(&knots.position[knot]));
+            part.deepest_between(&from, &to)
+        };
+        (in_body - plane.foot).norm() < 0.5 * margin
+            && (is_so_deep(part.depth(&in_body)) || is_so_deep(deepest()))
     }
 
     /// A plane that takes the place of an `old` one: no force answers what it finds deeper.

@@ -131,11 +131,6 @@ impl ContactManager {
         matches!(self, ContactManager::Own(_))
     }
 
-    /// Whether a solver of ours answers by impulses, not by forces.
-    pub fn are_impulses(&self) -> bool {
-        matches!(self, ContactManager::Own(own) if !own.is_force())
-    }
-
     /// Whether the engine answers.
     pub fn is_of_engine(&self) -> bool {
         matches!(self, ContactManager::Engine(_))

@@ -4,6 +4,7 @@
 //! the simulation and the metrics need. The body frame has its origin at the centre of mass and the
 //! axes of the shape's own frame; long bodies lie along y.
 
+pub mod crossing;
 pub mod files;
 pub mod import;
 mod mass;

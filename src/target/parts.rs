@@ -288,7 +288,8 @@ impl ConvexPart {
     /// How deep the way from one point of the body frame to another comes inside [m].
     pub fn deepest_between(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
         let [from, to] = [from, to].map(|point| self.to_part(point));
-        deepest(|share| self.primitive.depth(&(from + share * (to - from))))
+        let depth = |share: f64| self.primitive.depth(&(from + share * (to - from)));
+        depth(deepest(depth))
     }
 
     /// Whether a point of the body frame is surely farther than `distance` outside [m].
@@ -337,19 +338,23 @@ impl ConvexPart {
     }
 }
 
-/// The largest value of a concave function on [0, 1], by golden sections.
-fn deepest(depth: impl Fn(f64) -> f64) -> f64 {
+/// Where on [0, 1] a concave function is largest.
+pub(super) fn deepest(depth: impl Fn(f64) -> f64) -> f64 {
+    least([0.0, 1.0], |share| -depth(share))
+}
+
+/// Where a function with one minimum in a range has it, by golden sections.
+pub(super) fn least([mut low, mut high]: [f64; 2], value: impl Fn(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..40 {
         let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        if depth(a) < depth(b) {
+        if value(a) > value(b) {
             low = a;
         } else {
             high = b;
         }
     }
-    depth(0.5 * (low + high))
+    0.5 * (low + high)
 }
 
 impl Solid {
@@ -540,7 +545,8 @@ mod tests {
     fn deepest_point_of_a_way_through_a_panel() {
         let primitive = Primitive::Cuboid { half: [1e-3, 1.0, 1.0] };
         let (from, to) = (Vector3::new(-0.9, 0.0, 0.0), Vector3::new(0.1, 0.2, 0.0));
-        let deepest = deepest(|share| primitive.depth(&(from + share * (to - from))));
+        let depth = |share: f64| primitive.depth(&(from + share * (to - from)));
+        let deepest = depth(deepest(depth));
         assert!((deepest - 1e-3).abs() < 1e-8, "{deepest}");
     }
 }

@@ -153,10 +153,12 @@ impl CableDetector {
         let (cable, part) = (cable.user_data as usize, part.user_data as usize);
         let [a, b] = self.capsules.ends[cable];
         let across = knots.position[b] - knots.position[a];
+        let (n_before, mut is_inside) = (contacts.len(), false);
         for manifold in pair.solver_manifolds() {
             let normal = if cable_is_first { -manifold.data.normal } else { manifold.data.normal };
             let normal = ours(normal);
             for point in &manifold.points {
+                is_inside |= number(point.dist) < -self.capsules.radius[cable];
                 // From the part's surface to the middle line of the cable.
                 let on_part = if cable_is_first {
                     second.position() * point.local_p2
@@ -182,6 +184,28 @@ impl CableDetector {
                 });
             }
         }
+        if is_inside && contacts.len() == n_before {
+            contacts.extend(self.crossing(cable, part, knots, body));
+        }
+    }
+
+    /// The place at which a cable that lies through a part comes out of it, where the engine has none: the nearest way for
+    /// it was a knot back through the part.
+    fn crossing(&self, cable: usize, part: usize, knots: &Knots, body: &Body) -> Option<Contact> {
+        let ([a, b], radius) = (self.capsules.ends[cable], self.capsules.radius[cable]);
+        let [from, to] = [a, b].map(|knot| body.to_body(&knots.position[knot]));
+        let crossing = self.solids[part].crossing(&from, &to, BEYOND)?;
+        let normal = body.attitude * crossing.normal;
+        let place = knots.position[a] + crossing.share * (knots.position[b] - knots.position[a]);
+        Some(Contact {
+            knot: a,
+            along: Some(Along { cable, end: b, share: crossing.share }),
+            part,
+            point: place + crossing.depth * normal,
+            normal,
+            gap: -crossing.depth - radius,
+            ..Contact::default()
+        })
     }
 
     /// Whether the plane through `point` with `normal` has all of a part behind it.

@@ -19,7 +19,6 @@ mod sliding;
 use nalgebra::Vector3;
 
 use super::rapier;
-use crate::friction::Law;
 use crate::net::Net;
 use crate::state::{Body, Contact, Forces, Knots, State, TARGET};
 use crate::target::Target;
@@ -41,7 +40,7 @@ pub struct World {
     knots: Vec<RigidBodyHandle>,
     joints: Vec<ImpulseJointHandle>,
     target: Option<TargetHandles>,
-    /// The friction law, where the engine's own, Coulomb's, is not enough.
+    /// How friction acts, where it does.
     sliding: Option<Sliding>,
     forces_act: bool,
 }
@@ -94,10 +93,7 @@ impl World {
             })
             .collect();
         let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
-        let sliding = match setup.friction {
-            Some(law @ Law::Hollars { .. }) => Some(Sliding { law }),
-            _ => None,
-        };
+        let sliding = setup.friction.map(|law| Sliding { law });
         World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
     }
 
@@ -353,8 +349,8 @@ fn contact_collider(
         .restitution(0.0)
         .friction(real(setup.friction.map_or(0.0, |law| law.coefficient(f64::INFINITY))))
         .active_hooks(match setup.friction {
-            Some(Law::Hollars { .. }) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
-            _ => ActiveHooks::empty(),
+            Some(_) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
+            None => ActiveHooks::empty(),
         })
         .collision_groups(InteractionGroups::new(member_of, sees, InteractionTestMode::And))
         .user_data(index as u128)

@@ -93,6 +93,8 @@ pub struct MassSpring {
     unkicked: Vec<Vector3<f64>>,
     /// Whether contacts with the target bounce.
     bounces: bool,
+    /// Whether velocities are of the time of the positions, where those of the method lag half a sub-step behind.
+    in_time: bool,
     substep: f64,
     n_substeps: u32,
     /// Into how many these are cut when a contact ends the flight.
@@ -119,30 +121,19 @@ impl MassSpring {
             touched: vec![false; net.n_knots()],
             unkicked: Vec::new(),
             bounces: false,
+            in_time: false,
             substep,
             n_substeps: time_step.substeps,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
         }
     }
 
-    /// Brings velocities to the time of the positions at the end of a step. What cables press onto the target is stopped by it in
-    /// this half, too: else its speed would count as energy until the next step takes it, 1.1e-2 of a small net's.
-    fn last_half_kick(&mut self, state: &mut State, bounces: bool) {
-        if bounces {
-            self.unkicked.clear();
-            self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
-        }
-        self.net.kick(0.5 * self.substep);
-        if self.contacts.are_impulses() {
-            let mut net = Kicked { net: &mut self.net, before: &self.unkicked };
-            self.contacts.solve(&mut net, &mut state.bodies, self.substep);
-        }
-    }
-
     /// Constraints and contacts of effects act sub-step by sub-step. As impulses of two sub-steps at a time
     /// threads put 8 to 10 % of the launch energy into the cables, of ten 64 %; as forces held over ten they
     /// turn with their segments too late, and a quarter of the angular momentum is lost.
-    fn interact(&mut self, state: &mut State, with: &mut Interactions) {
+    ///
+    /// Whether any did.
+    fn interact(&mut self, state: &mut State, with: &mut Interactions) -> bool {
         self.net.store_some(&mut state.knots, self.reached.iter().copied());
         if with.constrain() {
             with.solve_constraints(&mut state.knots, self.substep, &mut self.touched);
@@ -151,11 +142,14 @@ impl MassSpring {
             let State { knots, bodies, .. } = state;
             with.solve_contacts(knots, &self.unkicked, bodies, self.substep, &mut self.touched);
         }
+        let mut acted = false;
         for &knot in &self.reached {
             if std::mem::take(&mut self.touched[knot]) {
                 self.net.set_velocity(knot, &state.knots.velocity[knot]);
+                acted = true;
             }
         }
+        acted
     }
 }
 
@@ -184,25 +178,32 @@ impl Stepper for MassSpring {
         let tried = self.net.tried();
         self.net.allow(self.cuts.begin().saturating_add(1));
         let bounces = self.bounces || with.bounce();
-        // Semi-implicit Euler's velocities are those of half a sub-step before. A field that turns what moves would
-        // turn the wrong ones: with it they are brought to the time of the positions at both ends of the step.
-        let in_time = with.kick_knots() && self.net.lags();
+        if state.step == 0 {
+            self.in_time = with.kick_knots() && self.net.lags();
+        }
+        let mut acted = false;
         for substep in 0..self.n_substeps {
             if bounces {
                 self.unkicked.clear();
                 self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
             }
-            self.net.kick(if in_time && substep == 0 { 0.5 * self.substep } else { self.substep });
+            self.net.kick(if self.in_time && substep == 0 { 0.5 * self.substep } else { self.substep });
             if !self.reached.is_empty() {
-                self.interact(state, with);
+                acted |= self.interact(state, with);
             }
-            let mut net = Kicked { net: &mut self.net, before: &self.unkicked };
+            let mut net = Kicked { net: &mut self.net, before: &self.unkicked, pushed: false };
             self.contacts.solve(&mut net, &mut state.bodies, self.substep);
+            acted |= net.pushed;
             state.drift_bodies(true, self.substep);
             self.net.drift(self.substep);
         }
-        if in_time {
-            self.last_half_kick(state, bounces);
+        // Semi-implicit Euler's velocities are those of half a sub-step before. A field that turns what moves would
+        // turn the wrong ones: with it they are brought to the time of the positions at both ends of the step. But not
+        // where contacts or threads acted: they answer a whole kick, and what cables press onto them in this half would
+        // count as energy, and whole cables that bounce with 0.7 would bounce of it, 0.26 of the energy at hand.
+        self.in_time = with.kick_knots() && self.net.lags() && !acted;
+        if self.in_time {
+            self.net.kick(0.5 * self.substep);
         }
         self.net.store(&mut state.knots);
         self.net.take_tension(&mut state.tension);
@@ -214,7 +215,7 @@ impl Stepper for MassSpring {
         work.detections = self.contacts.n_detections().unwrap_or(work.detections);
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
-        let velocity_lag = if self.net.lags() && !in_time { 0.5 * self.substep } else { 0.0 };
+        let velocity_lag = if self.net.lags() && !self.in_time { 0.5 * self.substep } else { 0.0 };
         Ok(StepReport { cable_loss: self.net.take_dissipated(), velocity_lag, ..StepReport::default() })
     }
 
@@ -228,6 +229,8 @@ impl Stepper for MassSpring {
 struct Kicked<'a> {
     net: &'a mut ExplicitNet,
     before: &'a [Vector3<f64>],
+    /// Whether a contact changed a velocity.
+    pushed: bool,
 }
 
 impl NetMotion for Kicked<'_> {
@@ -254,5 +257,6 @@ impl NetMotion for Kicked<'_> {
     #[inline]
     fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
         self.net.push(knot, &(weight * impulse));
+        self.pushed = true;
     }
 }
