@@ -27,7 +27,8 @@
 //!
 //! # Map, in reading order
 //!
-//! Down to [`metrics`] this is the package `tumblenet-core` in `core/`, under the same names.
+//! Down to [`metrics`] this is the package `tumblenet-core` in `core/`, under the same names, and so is what of the last three goes
+//! over every knot of every step or frame: that package is optimised, this one is not.
 //!
 //! | module | subject |
 //! |---|---|

@@ -69,3 +69,7 @@ pub mod simulation;
 pub mod run;
 
 pub mod metrics;
+
+pub mod study;
+
+pub mod report;
