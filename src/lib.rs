@@ -27,6 +27,9 @@
 //!
 //! # Map, in reading order
 //!
+//! Down to [`metrics`] this is the package `tumblenet-core` in `core/`, under the same names, and so is what of the last three goes
+//! over every knot of every step or frame: that package is optimised, this one is not.
+//!
 //! | module | subject |
 //! |---|---|
 //! | [`problems`], [`limits`], [`json`], [`spelling`], [`read`], [`quantity`], [`assets`] | inputs: every fault at once, how much may be asked for, text to values, other ways to write them, the schema, what is built in |
@@ -61,68 +64,9 @@
 
 #![warn(clippy::too_many_lines)]
 
-// The order is the reading order of the map, not the alphabet.
-pub mod problems;
-
-pub mod limits;
-
-pub mod json;
-
-pub mod spelling;
-
-pub mod read;
-
-pub mod quantity;
-
-pub mod assets;
-
-pub mod state;
-
-pub mod cable;
-
-pub mod friction;
-
-pub mod solver;
-
-pub mod net;
-
-pub mod geometry;
-
-pub mod target;
-
-pub mod work;
-
-pub mod failure;
-
-pub mod interaction;
-
-pub mod world;
-
-pub mod contact;
-
-pub mod options;
-
-pub mod step;
-
-pub mod closing;
-
-pub mod field;
-
-pub mod effects;
-
-pub mod audit;
-
-pub mod parameter;
-
-pub mod scene;
-
-pub mod case;
-
-pub mod hits;
-
-pub mod simulation;
-
-pub mod run;
+// The physics, in the order of `core/src/lib.rs`.
+#[doc(inline)]
+pub use tumblenet_core::*;
 
 pub mod provenance;
 

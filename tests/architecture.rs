@@ -3,9 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Files of the library, by path from `src/`, without tests and comments.
+/// Files of both packages of the library, by path from their `src/`, without tests and comments.
 fn sources() -> Vec<(String, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    ["core/src", "src"].into_iter().flat_map(sources_of).collect()
+}
+
+fn sources_of(folder: &str) -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let (mut folders, mut files): (Vec<PathBuf>, Vec<PathBuf>) = (vec![root.clone()], Vec::new());
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -27,10 +31,10 @@ fn sources() -> Vec<(String, String)> {
     files.iter().map(|path| (name(path), code(path))).filter(|(name, _)| is_library(name)).collect()
 }
 
-/// Modules in the reading order of `lib.rs`.
+/// Modules in the reading order: that of the physics' `lib.rs`, then that of the root's.
 fn reading_order(sources: &[(String, String)]) -> Vec<String> {
-    let (_, lib) = sources.iter().find(|(name, _)| name == "lib.rs").unwrap();
-    let modules = lib.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'));
+    let libs = sources.iter().filter(|(name, _)| name == "lib.rs").flat_map(|(_, lib)| lib.lines());
+    let modules = libs.filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'));
     modules.map(str::to_owned).collect()
 }
 
@@ -43,11 +47,12 @@ fn word(text: &str) -> &str {
 /// Imports that climb above the reading order, as `file -> module`.
 fn climbing(sources: &[(String, String)]) -> Vec<String> {
     let order = reading_order(sources);
-    let rank = |module: &str| order.iter().position(|known| known == module);
+    // One that has parts in both packages stands where the root has it.
+    let rank = |module: &str| order.iter().rposition(|known| known == module);
     let mut found = Vec::new();
     for (name, code) in sources {
         let Some(own) = rank(word(name)) else { continue };
-        for used in code.split("crate::").skip(1) {
+        for used in code.replace("tumblenet_core::", "crate::").split("crate::").skip(1) {
             // A group names several modules: each stands after a brace or a comma.
             let group = used.strip_prefix('{').map(|group| group.split("};").next().unwrap_or_default());
             let modules = match group {
@@ -76,7 +81,8 @@ fn an_import_that_climbs_is_found() {
     let mut sources = sources();
     sources.push(("state.rs".to_owned(), "use crate::run::Run;".to_owned()));
     sources.push(("net/mod.rs".to_owned(), "use crate::{cable, report::table};".to_owned()));
-    assert_eq!(climbing(&sources).len(), 2);
+    sources.push(("metrics/mod.rs".to_owned(), "pub use tumblenet_core::{run, study};".to_owned()));
+    assert_eq!(climbing(&sources).len(), 3);
 }
 
 /// Names of types, and the files that declare them.

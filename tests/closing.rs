@@ -1,5 +1,5 @@
 //! The closing mechanism: what its thread, winches, triggers and layouts must show in whole runs, and whether
-//! it holds. Unit tests of the constraint stand in `src/closing`.
+//! it holds. Unit tests of the constraint stand in `core/src/closing`.
 
 use crate::common;
 

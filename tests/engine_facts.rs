@@ -1,4 +1,4 @@
-//! What the engine gets wrong unless it is told otherwise (`src/world/settings.rs`), and what our
+//! What the engine gets wrong unless it is told otherwise (`core/src/world/settings.rs`), and what our
 //! words promise of it. Each test is named after the symptom or the law.
 
 use crate::common::{below, case_of, changed, knots, small_scene, tie, within};

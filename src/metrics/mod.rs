@@ -1,11 +1,6 @@
 //! Numbers from a run: deployment, capture, conservation, and the summary that holds them.
 
-pub mod capture;
-pub mod conservation;
-pub mod deployment;
-pub mod inside;
-pub mod mouth;
-pub mod retention;
+#[doc(inline)]
+pub use tumblenet_core::metrics::*;
+
 pub mod summary;
-pub mod verdict;
-pub mod warnings;

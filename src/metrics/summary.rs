@@ -406,7 +406,7 @@ mod tests {
     fn names_that_a_scene_may_expect_are_those_of_the_summary() {
         let names = Summary::scalar_names().join("\n") + "\n";
         if std::env::var_os("RENEW").is_some() {
-            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/summary_names.txt");
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/core/src/scene/summary_names.txt");
             std::fs::write(path, &names).unwrap();
         } else {
             assert_eq!(names, SUMMARY_NAMES);

@@ -30,3 +30,6 @@ pub mod text_table;
 pub mod vtk;
 
 pub mod template;
+
+#[doc(inline)]
+pub use tumblenet_core::report::packed;

@@ -10,6 +10,7 @@ use ndarray_npy::NpzWriter;
 use serde_json::{Map, Value};
 
 use super::files::{self, WriteError};
+use super::packed;
 use super::replay;
 use crate::audit::Ledger;
 use crate::case::Case;
@@ -309,13 +310,15 @@ fn rows<T: Copy, const N: usize>(rows: &[[T; N]]) -> Array2<T> {
 /// Vectors of every knot in every frame.
 fn of_knots(frames: &[Vec<Vector3<f64>>]) -> Array3<f64> {
     let n_knots = frames.first().map_or(0, Vec::len);
-    Array3::from_shape_fn((frames.len(), n_knots, 3), |(frame, knot, axis)| frames[frame][knot][axis])
+    let numbers: Vec<Vec<f64>> = frames.iter().map(|knots| packed::components(knots)).collect();
+    Array3::from_shape_vec((frames.len(), n_knots, 3), numbers.concat())
+        .expect("as many knots in every frame")
 }
 
 /// As many numbers in every frame.
 fn of_numbers(frames: &[Vec<f64>]) -> Array2<f64> {
     let n = frames.first().map_or(0, Vec::len);
-    Array2::from_shape_fn((frames.len(), n), |(frame, i)| frames[frame][i])
+    Array2::from_shape_vec((frames.len(), n), frames.concat()).expect("as many numbers in every frame")
 }
 
 /// The run in motion: `replay.html`.

@@ -17,6 +17,7 @@ use data_encoding::BASE64;
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::files::{self, WriteError};
+use super::packed;
 use crate::case::Case;
 use crate::geometry::Hull;
 use crate::interaction::DrawnThread;
@@ -91,13 +92,11 @@ impl Array {
     }
 
     fn vectors(name: &'static str, vectors: &[Vector3<f64>]) -> Array {
-        let values = vectors.iter().flat_map(|vector| vector.iter().copied()).collect();
-        Array { name, components: 3, values }
+        Array { name, components: 3, values: packed::components(vectors) }
     }
 
     fn xml(&self) -> String {
-        let bytes: Vec<u8> = self.values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        array("Float64", self.name, self.components, &bytes)
+        array("Float64", self.name, self.components, &packed::double(&self.values))
     }
 }
 
@@ -111,16 +110,14 @@ fn array(kind: &str, name: &str, components: usize, bytes: &[u8]) -> String {
 
 /// Cells by the points of each: `connectivity`, and `offsets` where each ends.
 fn cells(name: &str, cells: &[Vec<usize>]) -> String {
-    let bytes =
-        |numbers: &mut dyn Iterator<Item = usize>| numbers.flat_map(|n| (n as i64).to_le_bytes()).collect();
-    let connectivity: Vec<u8> = bytes(&mut cells.iter().flatten().copied());
     let mut end = 0;
-    let offsets: Vec<u8> = bytes(&mut cells.iter().map(|cell| {
+    let ends = cells.iter().map(|cell| {
         end += cell.len();
         end
-    }));
-    let arrays = [("connectivity", connectivity), ("offsets", offsets)];
-    let arrays: String = arrays.iter().map(|(name, bytes)| array("Int64", name, 1, bytes)).collect();
+    });
+    let arrays = [("connectivity", cells.concat()), ("offsets", ends.collect())];
+    let arrays: String =
+        arrays.iter().map(|(name, numbers)| array("Int64", name, 1, &packed::whole(numbers))).collect();
     format!("<{name}>\n{arrays}</{name}>\n")
 }
 

@@ -13,7 +13,9 @@
 
 pub mod catalogue;
 pub mod hard;
-pub mod measure;
+
+#[doc(inline)]
+pub use tumblenet_core::study::stress::measure;
 
 use rayon::prelude::*;
 use schemars::JsonSchema;

@@ -4,12 +4,12 @@
 //! all its knots were. [`align`] puts the clock and the frame of the one into those of the other; [`residual`] says what is
 //! left; [`fit`] makes it least.
 
-pub mod align;
 pub mod checked;
 pub mod fit;
 pub mod found;
-pub mod paths;
 pub mod residual;
 pub mod spec;
-pub mod tracks;
 pub mod uncertainty;
+
+#[doc(inline)]
+pub use tumblenet_core::study::experiment::{align, paths, tracks};

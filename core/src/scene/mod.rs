@@ -171,7 +171,7 @@ impl Source {
 
 /// Name of the scene in the file `path`: the file's without its ending. It becomes that of a folder, which `..`
 /// is not (the stem of `...json`).
-pub(crate) fn name_of(path: &Path) -> String {
+pub fn name_of(path: &Path) -> String {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     match stem.trim_matches('.') {
         "" => "scene".to_owned(),
@@ -179,15 +179,15 @@ pub(crate) fn name_of(path: &Path) -> String {
     }
 }
 
-/// What was read of the input at `place` as text.
-pub(crate) fn as_text(bytes: Vec<u8>, place: &str, problems: &mut Problems) -> Option<String> {
+/// What was read of the input at `place` as text; none where it is no UTF-8, which `problems` then say.
+pub fn as_text(bytes: Vec<u8>, place: &str, problems: &mut Problems) -> Option<String> {
     String::from_utf8(bytes)
         .map_err(|error| problems.add(place, format!("no UTF-8 text ({error})"), "JSON in UTF-8"))
         .ok()
 }
 
-/// Text of the input file `path`; what `known` says may stand in its place where there is none.
-pub(crate) fn read_text(
+/// Text of the input file `path`, or none and why in `problems`; what `known` says may stand in its place where there is none.
+pub fn read_text(
     path: &Path,
     limits: &Limits,
     known: impl Fn() -> String,

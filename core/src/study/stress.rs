@@ -1,0 +1,3 @@
+//! The numbers that hard cases must hold.
+
+pub mod measure;
