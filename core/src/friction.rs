@@ -20,6 +20,14 @@ pub enum Law {
 }
 
 impl Law {
+    /// Whether it is not zero at every speed.
+    pub fn acts(&self) -> bool {
+        match *self {
+            Law::Coulomb { coefficient } => coefficient > 0.0,
+            Law::Hollars { kinetic, static_, .. } => kinetic > 0.0 || static_ > 0.0,
+        }
+    }
+
     /// f_t / f_n at `speed` [m/s].
     pub fn coefficient(&self, speed: f64) -> f64 {
         match *self {

@@ -8,9 +8,10 @@
 //!    that hit a free plate at once with e = 1 gained 4 % of their energy. So the engine knows no
 //!    restitution; contacts that were closing and felt an impulse get the rest of Eq. 4.26 at once, by
 //!    the simultaneous impulses of [`super::woodbury`].
-//! 2. **Lever of friction.** The engine lets friction act where ball and part touch, a radius beside
+//! 2. **Place of friction.** The engine lets friction act where ball and part touch, a radius beside
 //!    the centre of the ball. A knot cannot turn, so the moment of that lever was lost: 4e-3 of all
-//!    angular momentum on a box that winds the net up. Here all impulses act at the centre of the knot.
+//!    angular momentum on a box that winds the net up. Here all impulses act at the centre of the knot, and
+//!    contacts with friction are moved there before the step ([`crate::world`]): what sticks must stick there, too.
 //! 3. **Spin.** The engine's gyroscopic term loses angular momentum: 5e-4 of it within a second at
 //!    30 rad/s. The impulses say what it must be, and the body turns on with it as
 //!    [`BodyModel::drift`] has it: to set the rate alone, in the engine's attitude, cost 1e-3 of the energy

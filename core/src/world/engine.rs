@@ -19,6 +19,7 @@ mod sliding;
 use nalgebra::Vector3;
 
 use super::rapier;
+use crate::friction::Law;
 use crate::net::Net;
 use crate::state::{Body, Contact, Forces, Knots, State, TARGET};
 use crate::target::Target;
@@ -93,7 +94,7 @@ impl World {
             })
             .collect();
         let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
-        let sliding = setup.friction.map(|law| Sliding { law });
+        let sliding = setup.friction.filter(Law::acts).map(|law| Sliding { law });
         World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
     }
 
