@@ -14,6 +14,8 @@
 //! a little from those carried along, and to undo that within a sub-step would shoot the cable off. So
 //! would a force that answered such an overlap at once: what a plane is found with is left out first.
 
+use nalgebra::Vector3;
+
 use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Along, Body, Contact, Knots, State};
@@ -25,6 +27,9 @@ use super::plane::ContactPlane;
 
 /// A place found anew within this share of the cable from one known before is the same.
 const SAME_CONTACT: f64 = 0.1;
+
+/// Sine of the angle up to which a cable lies along a face.
+const ALONG: f64 = 0.05;
 
 /// How far a point may be outside of a face and on it [m]: what the engine's closest points may err.
 const ON_FACE: f64 = 1e-5;
@@ -38,6 +43,10 @@ pub struct CablePlanes {
     radius: Vec<f64>,
     /// Whether overlaps are answered by a force.
     by_force: bool,
+    /// Whether places that are kept slide along faces. Where cables of the engine act in turn with contacts, two places that
+    /// push the same cable out make more than one does: 3.2e-4 in the middle and 1.4e-3 at most of 8 members of the default run,
+    /// for 1.9e-4 and 2.7e-4; though less where a panel is thin: 1.3e-4 and 9e-4 for 6.8e-4 and 6.5e-3, of 16.
+    slides: bool,
     /// Contacts and planes of a detection; kept for their memory.
     found: Vec<Contact>,
     before: Vec<ContactPlane>,
@@ -46,13 +55,21 @@ pub struct CablePlanes {
 }
 
 impl CablePlanes {
-    /// For the cables of `net` around `target`, found in the engine's `precision`.
-    pub fn new(net: &Net, target: &Target, precision: Precision, by_force: bool) -> CablePlanes {
+    /// For the cables of `net` around `target`, found in the engine's `precision`; `in_turn`: the engine moves them between two
+    /// answers.
+    pub fn new(
+        net: &Net,
+        target: &Target,
+        precision: Precision,
+        by_force: bool,
+        in_turn: bool,
+    ) -> CablePlanes {
         CablePlanes {
             detector: CableDetector::new(net, target, precision),
             solids: target.parts.clone(),
             radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             by_force,
+            slides: !in_turn,
             found: Vec::new(),
             before: Vec::new(),
             n_found: 0,
@@ -83,13 +100,17 @@ impl CablePlanes {
         }
     }
 
-    /// Moves the foot of a plane below its place, where that is still on the flat face: a cable that slides over a face
-    /// takes its places along.
+    /// Moves the foot of a plane below its place, where the cable lies along a flat face and is still on it: as it slides over
+    /// the face, it takes its places along.
     fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
         let place = plane.record.at_place(&knots.position) - body.position;
+        let across = knots.position[plane.along().end] - knots.position[plane.record.knot];
         let below = body.attitude.inverse_transform_vector(&place)
             - (plane.gap(&place, body) + plane.radius) * plane.normal;
-        if self.solids[plane.record.part].depth(&below) > -ON_FACE {
+        if self.slides
+            && lies_along(plane, &body.attitude.inverse_transform_vector(&across))
+            && self.solids[plane.record.part].depth(&below) > -ON_FACE
+        {
             plane.foot = below;
         }
     }
@@ -103,22 +124,22 @@ impl CablePlanes {
     }
 
     /// Whether a plane is still the surface of the target near the cable: within half the `margin` of its
-    /// foot, and as far from the place, or from some place of the cable, as the part is. A cable that slid off an edge has
-    /// the part beside it, and the plane above. One that lies straight below a face has the next face beside it where it comes
-    /// out: were that all that counts, it would be held at one end and at the other in turn, and sink.
+    /// foot, and as far from the place as the part is. A cable that slid off an edge has the part beside it,
+    /// and the plane above. But one that lies straight below a face has the next face beside it where it comes out: there it
+    /// counts how deep the cable is anywhere, or it would be held at one end and at the other in turn, and sink.
     fn is_real(&self, plane: &ContactPlane, knots: &Knots, body: &Body, margin: f64) -> bool {
         let part = &self.solids[plane.record.part];
         let place = plane.record.at_place(&knots.position) - body.position;
         let in_body = body.attitude.inverse_transform_vector(&place);
         let gap = plane.gap(&place, body);
         let is_so_deep = |depth: f64| -depth - plane.radius - gap < plane.radius;
-        let deepest = || {
-            let [from, to] =
-                [plane.record.knot, plane.along().end].map(|knot| body.to_body(&knots.position[knot]));
-            part.deepest_between(&from, &to)
-        };
-        (in_body - plane.foot).norm() < 0.5 * margin
-            && (is_so_deep(part.depth(&in_body)) || is_so_deep(deepest()))
+        if (in_body - plane.foot).norm() >= 0.5 * margin {
+            return false;
+        }
+        let [from, to] =
+            [plane.record.knot, plane.along().end].map(|knot| body.to_body(&knots.position[knot]));
+        is_so_deep(part.depth(&in_body))
+            || self.slides && lies_along(plane, &(to - from)) && is_so_deep(part.deepest_between(&from, &to))
     }
 
     /// A plane that takes the place of an `old` one: no force answers what it finds deeper.
@@ -141,6 +162,11 @@ impl CablePlanes {
     pub fn n_colliders(&self) -> usize {
         self.detector.n_colliders()
     }
+}
+
+/// Whether a cable from one end to the other, in the body frame, lies along a plane.
+fn lies_along(plane: &ContactPlane, across: &Vector3<f64>) -> bool {
+    plane.normal.dot(across).abs() < ALONG * across.norm()
 }
 
 /// The same plane for where the cable is nearest to its foot now; none where that is a knot.
