@@ -6,11 +6,11 @@ use include_dir::{Dir, include_dir};
 
 use crate::problems::nearest;
 
-static SCENARIOS: Dir<'_> = include_dir!("$TUMBLENET_FILES/scenarios");
-static SHAPES: Dir<'_> = include_dir!("$TUMBLENET_FILES/assets/shapes");
-static MATERIALS: Dir<'_> = include_dir!("$TUMBLENET_FILES/assets/materials");
-static STUDIES: Dir<'_> = include_dir!("$TUMBLENET_FILES/examples/studies");
-static CABINS: Dir<'_> = include_dir!("$TUMBLENET_FILES/assets/cabins");
+static SCENARIOS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/$TUMBLENET_FILES/scenarios");
+static SHAPES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/$TUMBLENET_FILES/assets/shapes");
+static MATERIALS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/$TUMBLENET_FILES/assets/materials");
+static STUDIES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/$TUMBLENET_FILES/examples/studies");
+static CABINS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/$TUMBLENET_FILES/assets/cabins");
 
 /// A kind of built-in file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
