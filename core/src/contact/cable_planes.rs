@@ -45,7 +45,8 @@ pub struct CablePlanes {
     by_force: bool,
     /// Whether places that are kept slide along faces. Where cables of the engine act in turn with contacts, two places that
     /// push the same cable out make more than one does: 3.2e-4 in the middle and 1.4e-3 at most of 8 members of the default run,
-    /// for 1.9e-4 and 2.7e-4; though less where a panel is thin: 1.3e-4 and 9e-4 for 6.8e-4 and 6.5e-3, of 16.
+    /// for 1.9e-4 and 2.7e-4; though less where a panel is thin: 1.3e-4 and 9e-4 for 6.8e-4 and 6.5e-3, of 16. Two penalty
+    /// forces on one cable are stiffer than the step was chosen for: 2.5e-3 for 1e-3 in `stress pressed-whole`.
     slides: bool,
     /// Contacts and planes of a detection; kept for their memory.
     found: Vec<Contact>,
@@ -69,7 +70,7 @@ impl CablePlanes {
             solids: target.parts.clone(),
             radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             by_force,
-            slides: !in_turn,
+            slides: !in_turn && !by_force,
             found: Vec::new(),
             before: Vec::new(),
             n_found: 0,
