@@ -21,7 +21,7 @@ use crate::solver::Precision;
 use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
 use crate::target::parts::ConvexPart;
-use crate::world::CableDetector;
+use crate::world::{CableDetector, POINT_ERROR};
 
 use super::plane::ContactPlane;
 
@@ -30,9 +30,6 @@ const SAME_CONTACT: f64 = 0.1;
 
 /// Sine of the angle up to which a cable lies along a face.
 const ALONG: f64 = 0.05;
-
-/// How far a point may be outside of a face and on it [m]: what the engine's closest points may err.
-const ON_FACE: f64 = 1e-5;
 
 /// Finds planes of cables.
 pub struct CablePlanes {
@@ -104,14 +101,13 @@ impl CablePlanes {
     /// Moves the foot of a plane below its place, where the cable lies along a flat face and is still on it: as it slides over
     /// the face, it takes its places along.
     fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
-        let place = plane.record.at_place(&knots.position) - body.position;
-        let across = knots.position[plane.along().end] - knots.position[plane.record.knot];
-        let below = body.attitude.inverse_transform_vector(&place)
-            - (plane.gap(&place, body) + plane.radius) * plane.normal;
-        if self.slides
-            && lies_along(plane, &body.attitude.inverse_transform_vector(&across))
-            && self.solids[plane.record.part].depth(&below) > -ON_FACE
-        {
+        if !self.slides || !lies_along(plane, &ends(plane, knots, body)) {
+            return;
+        }
+        let place = plane.record.at_place(&knots.position);
+        let height = plane.gap(&(place - body.position), body) + plane.radius;
+        let below = body.to_body(&place) - height * plane.normal;
+        if self.solids[plane.record.part].depth(&below) > -POINT_ERROR {
             plane.foot = below;
         }
     }
@@ -129,18 +125,18 @@ impl CablePlanes {
     /// and the plane above. But one that lies straight below a face has the next face beside it where it comes out: there it
     /// counts how deep the cable is anywhere, or it would be held at one end and at the other in turn, and sink.
     fn is_real(&self, plane: &ContactPlane, knots: &Knots, body: &Body, margin: f64) -> bool {
-        let part = &self.solids[plane.record.part];
-        let place = plane.record.at_place(&knots.position) - body.position;
-        let in_body = body.attitude.inverse_transform_vector(&place);
-        let gap = plane.gap(&place, body);
-        let is_so_deep = |depth: f64| -depth - plane.radius - gap < plane.radius;
+        let place = plane.record.at_place(&knots.position);
+        let in_body = body.to_body(&place);
         if (in_body - plane.foot).norm() >= 0.5 * margin {
             return false;
         }
-        let [from, to] =
-            [plane.record.knot, plane.along().end].map(|knot| body.to_body(&knots.position[knot]));
-        is_so_deep(part.depth(&in_body))
-            || self.slides && lies_along(plane, &(to - from)) && is_so_deep(part.deepest_between(&from, &to))
+        let (part, gap) = (&self.solids[plane.record.part], plane.gap(&(place - body.position), body));
+        let is_so_deep = |depth: f64| -depth - plane.radius - gap < plane.radius;
+        let below_a_face = || {
+            let [from, to] = ends(plane, knots, body);
+            lies_along(plane, &[from, to]) && is_so_deep(part.deepest_between(&from, &to))
+        };
+        is_so_deep(part.depth(&in_body)) || self.slides && below_a_face()
     }
 
     /// A plane that takes the place of an `old` one: no force answers what it finds deeper.
@@ -165,9 +161,15 @@ impl CablePlanes {
     }
 }
 
+/// The ends of the cable at a plane, in the body frame [m].
+fn ends(plane: &ContactPlane, knots: &Knots, body: &Body) -> [Vector3<f64>; 2] {
+    [plane.record.knot, plane.along().end].map(|knot| body.to_body(&knots.position[knot]))
+}
+
 /// Whether a cable from one end to the other, in the body frame, lies along a plane.
-fn lies_along(plane: &ContactPlane, across: &Vector3<f64>) -> bool {
-    plane.normal.dot(across).abs() < ALONG * across.norm()
+fn lies_along(plane: &ContactPlane, [from, to]: &[Vector3<f64>; 2]) -> bool {
+    let across = to - from;
+    plane.normal.dot(&across).abs() < ALONG * across.norm()
 }
 
 /// The same plane for where the cable is nearest to its foot now; none where that is a knot.

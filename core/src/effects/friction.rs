@@ -67,7 +67,8 @@ impl Friction {
 
 impl Parameters for Friction {
     fn ask(&self, options: &mut BuildOptions) {
-        options.friction = Some(self.contact_law());
+        // One that never acts is as good as none, and leaves the engine as it is.
+        options.friction = Some(self.contact_law()).filter(friction::Law::acts);
     }
 
     fn build(&self, _context: &BuildContext<'_>) -> Interaction {

@@ -14,6 +14,7 @@ use crate::net::Net;
 use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
 use crate::target::parts::ConvexPart;
+use crate::world::POINT_ERROR;
 
 /// Two places on one cable nearer than this share of its length are one contact.
 const SAME_PLACE: f64 = 0.02;
@@ -24,10 +25,6 @@ const AT_KNOT: f64 = 1e-3;
 
 /// Cosine of the angle between a cable and a normal up to which they are taken as square.
 const SQUARE: f64 = 1e-3;
-
-/// How far a part may reach beyond a plane that is to bound it [m]: what the engine's closest points
-/// may err.
-const BEYOND: f64 = 1e-5;
 
 /// The capsules of a net's cables.
 struct Capsules {
@@ -194,7 +191,7 @@ impl CableDetector {
     fn crossing(&self, cable: usize, part: usize, knots: &Knots, body: &Body) -> Option<Contact> {
         let ([a, b], radius) = (self.capsules.ends[cable], self.capsules.radius[cable]);
         let [from, to] = [a, b].map(|knot| body.to_body(&knots.position[knot]));
-        let crossing = self.solids[part].crossing(&from, &to, BEYOND)?;
+        let crossing = self.solids[part].crossing(&from, &to, POINT_ERROR)?;
         let normal = body.attitude * crossing.normal;
         let place = knots.position[a] + crossing.share * (knots.position[b] - knots.position[a]);
         Some(Contact {
@@ -216,7 +213,7 @@ impl CableDetector {
         let in_body = |v: Vector3<f64>| body.attitude.inverse_transform_vector(&v);
         let (normal, point) = (in_body(*normal), in_body(point - body.position));
         let furthest = self.solids[part].support(&normal);
-        normal.dot(&(furthest - point)) <= BEYOND
+        normal.dot(&(furthest - point)) <= POINT_ERROR
     }
 
     pub fn n_colliders(&self) -> usize {

@@ -19,7 +19,6 @@ mod sliding;
 use nalgebra::Vector3;
 
 use super::rapier;
-use crate::friction::Law;
 use crate::net::Net;
 use crate::state::{Body, Contact, Forces, Knots, State, TARGET};
 use crate::target::Target;
@@ -94,7 +93,7 @@ impl World {
             })
             .collect();
         let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
-        let sliding = setup.friction.filter(Law::acts).map(|law| Sliding { law });
+        let sliding = setup.friction.map(|law| Sliding { law });
         World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
     }
 

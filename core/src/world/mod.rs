@@ -29,6 +29,9 @@ use crate::target::Target;
 
 pub use double::engine::settings;
 
+/// What the engine's closest points may err [m].
+pub const POINT_ERROR: f64 = 1e-5;
+
 /// How the world is set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Setup {
