@@ -93,7 +93,7 @@ pub struct MassSpring {
     unkicked: Vec<Vector3<f64>>,
     /// Whether contacts with the target bounce.
     bounces: bool,
-    /// Whether velocities are of the time of the positions, where those of the method lag half a sub-step behind.
+    /// Whether velocities are those of the time of the positions, where a field acts: not where a method lets them lag.
     in_time: bool,
     substep: f64,
     n_substeps: u32,
@@ -179,15 +179,17 @@ impl Stepper for MassSpring {
         self.net.allow(self.cuts.begin().saturating_add(1));
         let bounces = self.bounces || with.bounce();
         if state.step == 0 {
-            self.in_time = with.kick_knots() && self.net.lags();
+            self.in_time = with.kick_knots();
         }
-        let mut acted = false;
+        // Not what it is at the end: the first contact ends a flight that does not lag.
+        let (lags, mut acted) = (self.net.lags(), false);
         for substep in 0..self.n_substeps {
             if bounces {
                 self.unkicked.clear();
                 self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
             }
-            self.net.kick(if self.in_time && substep == 0 { 0.5 * self.substep } else { self.substep });
+            let is_half = lags && self.in_time && substep == 0;
+            self.net.kick(if is_half { 0.5 * self.substep } else { self.substep });
             if !self.reached.is_empty() {
                 acted |= self.interact(state, with);
             }
@@ -201,8 +203,8 @@ impl Stepper for MassSpring {
         // turn the wrong ones: with it they are brought to the time of the positions at both ends of the step. But not
         // where contacts or threads acted: they answer a whole kick, and what cables press onto them in this half would
         // count as energy, and whole cables that bounce with 0.7 would bounce of it, 0.26 of the energy at hand.
-        self.in_time = with.kick_knots() && self.net.lags() && !acted;
-        if self.in_time {
+        self.in_time = with.kick_knots() && !(lags && acted);
+        if lags && self.in_time {
             self.net.kick(0.5 * self.substep);
         }
         self.net.store(&mut state.knots);
