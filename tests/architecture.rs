@@ -132,6 +132,26 @@ fn cable_models_are_told_apart_in_one_place() {
     assert_eq!(files, [""; 0], "files that name cable models");
 }
 
+/// What runs, judges, studies and shows a scene hears of an effect by what that does and tells: it imports none, nor the
+/// mechanism behind one.
+#[test]
+fn no_study_and_no_report_knows_an_effect() {
+    let sources = sources();
+    let effects = sources.iter().filter_map(|(file, _)| file.strip_prefix("effects/")?.strip_suffix(".rs"));
+    let effects =
+        effects.filter(|name| !["mod", "blocks"].contains(name)).map(|name| format!("effects::{name}"));
+    let known: Vec<String> = effects.chain(["crate::closing".to_owned()]).collect();
+    let is_meant = |file: &str| {
+        ["metrics/", "study/", "report/"].iter().any(|folder| file.starts_with(folder))
+            || ["run.rs", "simulation.rs", "audit.rs"].contains(&file)
+    };
+    let meant: Vec<_> = sources.iter().filter(|(file, _)| is_meant(file)).collect();
+    assert!(known.len() > 8 && meant.len() > 40, "{} effects, {} files", known.len(), meant.len());
+    let naming = meant.iter().filter(|(_, code)| known.iter().any(|name| code.contains(name)));
+    let naming: Vec<&String> = naming.map(|(file, _)| file).collect();
+    assert!(naming.is_empty(), "files that name an effect: {naming:?}");
+}
+
 /// No trait of the library has more than six methods.
 #[test]
 fn traits_are_narrow() {

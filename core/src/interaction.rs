@@ -169,6 +169,8 @@ pub struct Report {
     pub trial: Option<[f64; 2]>,
     /// Threads to draw.
     pub threads: Vec<DrawnThread>,
+    /// Column of the work that was put into them, all together [J].
+    pub work: Option<&'static str>,
     /// Columns to plot over time: a name, a unit, the column.
     pub curves: Vec<(&'static str, &'static str, &'static str)>,
 }
@@ -184,6 +186,8 @@ impl Report {
 /// A thread to draw.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnThread {
+    /// When it began to be wound; none: never [s].
+    pub start: Option<f64>,
     /// The knots it passes in order; none: where it ends outside of the net.
     pub way: Vec<Option<usize>>,
     /// What is off its reels where winding ends [m].

@@ -9,7 +9,7 @@ use crate::audit::Ledger;
 use crate::case::Case;
 use crate::failure::Failure;
 use crate::hits::Hits;
-use crate::interaction::{Interaction, Report};
+use crate::interaction::{DrawnThread, Interaction, Report};
 use crate::simulation::Simulation;
 use crate::state::{Body, BodyModel, State};
 use crate::work::Work;
@@ -143,9 +143,9 @@ impl Run {
         self.frames.readings.iter().map(|readings| readings[column]).collect()
     }
 
-    /// What the effect that has threads to draw had to say at the end, where there is one.
-    pub fn threads(&self) -> Option<&Report> {
-        self.reports.iter().map(|(_, report)| report).find(|report| !report.threads.is_empty())
+    /// The threads that effects have to draw.
+    pub fn threads(&self) -> impl Iterator<Item = &DrawnThread> {
+        self.reports.iter().flat_map(|(_, report)| &report.threads)
     }
 
     /// Time of the first frame with a number that is not finite [s], if there is one.

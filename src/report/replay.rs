@@ -69,7 +69,7 @@ pub fn together(runs: Vec<(String, Value)>) -> String {
     // What a ghost shows no more than its first shows, it need not carry.
     let others: Vec<Value> = runs
         .map(|mut other| {
-            for unused in ["loads", "closing", "warnings", "rest_lengths", "perimeter", "marks", "source"] {
+            for unused in ["loads", "threads", "warnings", "rest_lengths", "perimeter", "marks", "source"] {
                 other.as_object_mut().map(|map| map.remove(unused));
             }
             other
@@ -211,26 +211,24 @@ mod tests {
         }
 
         /// Four threads along the sides, reeled in from 0.8 s to 1.9 s.
-        fn closing(&self) -> ReplayClosing {
+        fn threads(&self) -> Vec<ReplayThread> {
             let side = self.perimeter.len() / 4;
             let knot = |i: usize| self.perimeter[i % self.perimeter.len()];
             let wound = |t: f64| 0.7 - 0.6 * ((t - 0.8) / 1.1).clamp(0.0, 1.0);
             let off: Vec<f64> = self.times.iter().map(|&t| wound(t)).collect();
             let tension = |&t: &f64| if t > 0.8 { (2.0 * (t - 0.8)).min(1.0) } else { 0.0 };
             let thread = |n: usize| ReplayThread {
+                start_s: Some(0.8),
+                limit_n: 1.0,
+                anchor_m: [0.0; 3],
+                port_of: None,
                 way: (n * side..=(n + 1) * side).map(|i| Some(knot(i))).collect(),
                 stop_m: 0.1,
                 length_m: off.clone(),
                 off_reels_m: off.clone(),
                 tension_n: self.times.iter().map(tension).collect(),
             };
-            ReplayClosing {
-                start_s: Some(0.8),
-                limit_n: 1.0,
-                anchor_m: [0.0; 3],
-                port_of: None,
-                threads: (0..4).map(thread).collect(),
-            }
+            (0..4).map(thread).collect()
         }
 
         fn replay<'a>(&'a self, title: &'a str, parts: Option<Vec<ReplayMesh>>) -> Replay<'a> {
@@ -256,7 +254,7 @@ mod tests {
                 } else {
                     vec![(0.7, "largest area".into())]
                 },
-                closing: parts.is_some().then(|| self.closing()),
+                threads: if parts.is_some() { self.threads() } else { Vec::new() },
                 loads: None,
                 curves: self
                     .curves
@@ -376,7 +374,7 @@ mod tests {
         assert_eq!((&both["title"], &both["label"]), (&"1.0, {{data}}".into(), &"1.0".into()));
         assert_eq!(both["others"][0]["label"], "{{data}}");
         assert_eq!(both["others"][0]["knots"], both["knots"]);
-        assert!(both["others"][0].get("closing").is_none() && both.get("closing").is_some());
+        assert!(both["others"][0].get("threads").is_none() && both.get("threads").is_some());
         let alone = together(vec![("1.0".to_owned(), data(&pages[0]).unwrap())]);
         assert_eq!(data_of(&alone)["title"], "</script>a");
         assert!(data("<html></html>").is_none() && data(&pages[0].replace("\"knots\"", "\"no\"")).is_none());

@@ -244,15 +244,15 @@ fn trajectory(
         npz.add_array("threads", &of_numbers(&frames.readings))?;
         npz.add_array("thread_names", &text(&run.reading_names.join(",")))?;
     }
-    if let Some(report) = run.threads() {
-        let knot = |knot: &Option<usize>| knot.map_or(-1, |knot| knot as i64);
-        let ways = report.threads.iter().enumerate();
-        let ways =
-            ways.flat_map(|(number, thread)| thread.way.iter().map(move |at| [number as i64, knot(at)]));
-        npz.add_array("thread_way", &rows(&ways.collect::<Vec<_>>()))?;
-        if report.threads.iter().any(|thread| thread.way.contains(&None)) {
-            npz.add_array("thread_port", &rows(&ports(report.threads[0].port_of, frames)))?;
-        }
+    let knot = |knot: &Option<usize>| knot.map_or(-1, |knot| knot as i64);
+    let ways = run.threads().enumerate();
+    let ways = ways.flat_map(|(number, thread)| thread.way.iter().map(move |at| [number as i64, knot(at)]));
+    let ways: Vec<[i64; 2]> = ways.collect();
+    if !ways.is_empty() {
+        npz.add_array("thread_way", &rows(&ways))?;
+    }
+    if let Some(thread) = run.threads().find(|thread| thread.way.contains(&None)) {
+        npz.add_array("thread_port", &rows(&ports(thread.port_of, frames)))?;
     }
     npz.add_array("units", &text(&units(frames)))?;
     npz.finish()?;
@@ -328,11 +328,11 @@ pub fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> Strin
     let rest_lengths: Vec<f64> = case.net().cables.iter().map(|cable| cable.rest_length).collect();
     let positions: Vec<Vector3<f64>> = frames.target.iter().map(|body| body.position).collect();
     let attitudes: Vec<_> = frames.target.iter().map(|body| body.attitude).collect();
-    let closing = closing(run);
+    let threads: Vec<replay::ReplayThread> = run.threads().map(|drawn| thread(run, drawn)).collect();
     let breaking: Vec<f64> = case.net().cables.iter().map(|cable| cable.breaking_tension).collect();
     let mut shown = shown_curves(case, run, curves);
-    if let Some(closing) = &closing {
-        shown.push(curve("pull of the threads", "", pull(closing, frames.time.len()), true));
+    if !threads.is_empty() {
+        shown.push(curve("pull of the threads", "", pull(&threads, frames.time.len()), true));
     }
     for (name, unit, column) in run.reports.iter().flat_map(|(_, report)| &report.curves) {
         shown.push(curve(name, unit, run.reading(column), false));
@@ -362,7 +362,7 @@ pub fn page(case: &Case, run: &Run, curves: &Curves, summary: &Summary) -> Strin
         }),
         blocks: frames.brought.iter().map(block).collect(),
         curves: shown,
-        closing,
+        threads,
         loads: Some(replay::ReplayLoads {
             tensions: &frames.tensions,
             breaking: &breaking,
@@ -410,11 +410,11 @@ fn shown_curves<'a>(case: &Case, run: &'a Run, curves: &'a Curves) -> Vec<replay
     shown
 }
 
-/// The most of any thread's tension over the limit of the winches, in each of `n` frames.
-fn pull(closing: &replay::ReplayClosing, n: usize) -> Vec<f64> {
+/// The most of any thread's tension over its limit, in each of `n` frames.
+fn pull(threads: &[replay::ReplayThread], n: usize) -> Vec<f64> {
     let mut most = vec![0.0_f64; n];
-    for thread in &closing.threads {
-        let over_limit = thread.tension_n.iter().map(|tension| tension / closing.limit_n);
+    for thread in threads {
+        let over_limit = thread.tension_n.iter().map(|tension| tension / thread.limit_n);
         most.iter_mut().zip(over_limit).for_each(|(most, tension)| *most = most.max(tension));
     }
     most
@@ -446,20 +446,20 @@ fn mark(state: Verdict) -> &'static str {
     }
 }
 
-/// Threads and winches, as the replay shows them.
-fn closing(run: &Run) -> Option<replay::ReplayClosing> {
-    let report = run.threads()?;
-    let thread = |drawn: &DrawnThread| {
-        let [length_m, off_reels_m, tension_n] = drawn.columns.each_ref().map(|name| run.reading(name));
-        replay::ReplayThread { way: drawn.way.clone(), stop_m: drawn.stop, length_m, off_reels_m, tension_n }
-    };
-    Some(replay::ReplayClosing {
-        start_s: report.start.and_then(|(_, start)| start),
-        limit_n: report.threads[0].limit,
+/// A thread as the replay shows it.
+fn thread(run: &Run, drawn: &DrawnThread) -> replay::ReplayThread {
+    let [length_m, off_reels_m, tension_n] = drawn.columns.each_ref().map(|name| run.reading(name));
+    replay::ReplayThread {
+        start_s: drawn.start,
+        limit_n: drawn.limit,
+        way: drawn.way.clone(),
         anchor_m: [0.0; 3], // where a chaser that is held stays
-        port_of: report.threads[0].port_of,
-        threads: report.threads.iter().map(thread).collect(),
-    })
+        port_of: drawn.port_of,
+        stop_m: drawn.stop,
+        length_m,
+        off_reels_m,
+        tension_n,
+    }
 }
 
 /// A body without a shape as a block, and its port.

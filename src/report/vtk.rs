@@ -4,7 +4,7 @@
 //! | file | geometry | data |
 //! |---|---|---|
 //! | `net_*` | a line a cable | of points: `velocity_m_s`, `contact_impulse_n_s`, `mass_kg`; of cells: `tension_n`, `strain` |
-//! | `threads_*` | a line a closing thread, over the knots it passes | of cells: `tension_n`, `length_m`, `off_reels_m` |
+//! | `threads_*` | a line a thread, over the knots it passes | of cells: `tension_n`, `length_m`, `off_reels_m` |
 //! | `target_*`, `chaser_*` | triangles of the parts | of cells: `part` |
 //!
 //! Lengths in metres, local frame. The format is the XML of VTK's file formats: arrays in base64, each after the number
@@ -165,16 +165,19 @@ fn net(case: &Case, run: &Run, frame: usize) -> Piece {
     }
 }
 
-/// The closing threads, over the knots they pass; a stretch outside of the net is left out.
+/// The threads, over the knots they pass; a stretch outside of the net is left out.
 fn threads(run: &Run, frame: usize) -> Option<Piece> {
-    let report = run.threads()?;
+    let threads: Vec<&DrawnThread> = run.threads().collect();
+    if threads.is_empty() {
+        return None;
+    }
     let reading = |thread: &DrawnThread, column: usize| {
         let place = run.reading_names.iter().position(|name| *name == thread.columns[column]);
         place.map_or(0.0, |place| run.frames.readings[frame][place])
     };
-    let of_all = |column: usize| report.threads.iter().map(|thread| reading(thread, column)).collect();
+    let of_all = |column: usize| threads.iter().map(|thread| reading(thread, column)).collect();
     let (mut points, mut lines) = (Vec::new(), Vec::new());
-    for thread in &report.threads {
+    for thread in &threads {
         let way = thread.way.iter().flatten().map(|&knot| run.frames.knots[frame][knot]);
         let first = points.len();
         points.extend(way);

@@ -101,7 +101,7 @@ fn between_bullets(net: &Net, side: &[usize], knots: &[usize]) -> Route {
 
 fn cinch(net: &Net) -> Route {
     let [rows, columns] = net.grid;
-    let way = shortest(net, centre(net), (rows / 2) * columns);
+    let way = shortest(net, net.middle_knot(), (rows / 2) * columns);
     let start = net.perimeter.iter().position(|knot| Some(knot) == way.last()).unwrap_or(0);
     let around = (1..=net.perimeter.len()).map(|i| net.perimeter[(start + i) % net.perimeter.len()]);
     let knots: Vec<usize> = way.into_iter().chain(around).collect();
@@ -111,11 +111,6 @@ fn cinch(net: &Net) -> Route {
         ends: Ends::First,
         winches: 1,
     }
-}
-
-/// The knot in the middle of the net, or next to it.
-pub fn centre(net: &Net) -> usize {
-    (net.grid[0] / 2) * net.grid[1] + net.grid[1] / 2
 }
 
 /// Length along the unstretched cables through neighbouring `knots` [m].
@@ -201,7 +196,7 @@ mod tests {
             let route = &Layout::Cinch.routes(&net)[0];
             let pieces = 1 + middle as usize;
             assert_eq!(route.nodes.len(), 2 + pieces * (3 + 32));
-            assert_eq!(route.nodes[..2], [Node::Anchor, Node::Knot(centre(&net))]);
+            assert_eq!(route.nodes[..2], [Node::Anchor, Node::Knot(net.middle_knot())]);
             assert_eq!(route.nodes[1 + 3 * pieces], route.nodes[route.nodes.len() - 1]);
             assert!((route.full_length - 35.0 * 0.5).abs() < 1e-12);
         }

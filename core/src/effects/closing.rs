@@ -293,6 +293,7 @@ impl EffectOutput for ClosingThreads {
     fn report(&self, _end: &State) -> Report {
         let tally = self.mechanism.tally();
         let thread = |(number, (way, &stop)): (usize, (Vec<Option<usize>>, &f64))| DrawnThread {
+            start: self.triggered,
             way,
             stop,
             limit: self.limit,
@@ -302,6 +303,7 @@ impl EffectOutput for ClosingThreads {
         let told = Report {
             start: Some(("winches start", self.triggered)),
             threads: self.mechanism.ways().zip(&self.stops).enumerate().map(thread).collect(),
+            work: Some(WORK_COLUMN),
             curves: vec![("winch work", "J", WORK_COLUMN)],
             ..Report::default()
         };

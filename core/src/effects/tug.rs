@@ -14,7 +14,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Parameters;
-use crate::closing::layouts::{Route, centre};
+use crate::closing::layouts::Route;
 use crate::closing::thread::{Ends, Node};
 use crate::closing::trigger::{Trigger, TriggerWatch};
 use crate::closing::winch::Drive;
@@ -57,7 +57,7 @@ impl Parameters for Tug {
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
-        let centre = centre(net);
+        let centre = net.middle_knot();
         let route = Route {
             nodes: vec![Node::Anchor, Node::Knot(centre)],
             ends: Ends::First,

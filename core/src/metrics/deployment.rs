@@ -9,7 +9,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
-use crate::closing::layouts::centre;
 use crate::run::Run;
 
 /// Share of the designed area above which the net can capture (Section 3.2.3).
@@ -57,7 +56,7 @@ impl Deployment {
 }
 
 fn middle_deviation(case: &Case, run: &Run, opening: f64) -> [f64; 2] {
-    let middle = centre(case.net());
+    let middle = case.net().middle_knot();
     let end = run.extremes.first_contact.unwrap_or(opening);
     let frames = run.frames.time.iter().zip(&run.frames.knots).take_while(|(time, _)| **time <= end);
     let moved = frames.map(|(_, knots)| (knots[middle] - run.frames.knots[0][middle]).abs());

@@ -56,6 +56,11 @@ pub struct Net {
 }
 
 impl Net {
+    /// The knot in the middle of the net, or next to it.
+    pub fn middle_knot(&self) -> usize {
+        (self.grid[0] / 2) * self.grid[1] + self.grid[1] / 2
+    }
+
     /// Builds the net of `spec`, shot as `launch` says.
     ///
     /// Faults go to `problems`, with their places below `net` of the scene.

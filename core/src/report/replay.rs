@@ -47,8 +47,8 @@ pub struct Replay<'a> {
     pub blocks: Vec<ReplayBlock<'a>>,
     /// Numbers that change with time, in the order they are listed.
     pub curves: Vec<Curve<'a>>,
-    /// Threads and winches, if there are any.
-    pub closing: Option<ReplayClosing>,
+    /// Threads that are wound on winches.
+    pub threads: Vec<ReplayThread>,
     /// What cables and knots bore, if that was recorded.
     pub loads: Option<ReplayLoads<'a>>,
     /// Moments worth jumping to: time [s] and a word, such as "first contact".
@@ -93,25 +93,18 @@ pub struct ReplayMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// The closing mechanism.
+/// A thread that is wound on a winch.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct ReplayClosing {
-    /// When the winches started; null: never. [s]
+pub struct ReplayThread {
+    /// When the winch started; null: never. [s]
     pub start_s: Option<f64>,
-    /// Largest tension of a thread. [N]
+    /// Its largest tension. [N]
     pub limit_n: f64,
-    /// Where a thread that is wound outside of the net ends, without a body to end at. [m]
+    /// Where it ends if it is wound outside of the net, without a body to end at. [m]
     pub anchor_m: [f64; 3],
     /// Name of that body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub port_of: Option<&'static str>,
-    /// The threads.
-    pub threads: Vec<ReplayThread>,
-}
-
-/// A closing thread.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct ReplayThread {
     /// The knots it passes, in order; null: the anchor.
     pub way: Vec<Option<usize>>,
     /// What is off the reels where winding ends. [m]
@@ -129,8 +122,6 @@ impl ReplayThread {
     fn thinned(&self, kept: &[usize]) -> ReplayThread {
         let only = |values: &[f64]| kept.iter().map(|&frame| values[frame]).collect();
         ReplayThread {
-            way: self.way.clone(),
-            stop_m: self.stop_m,
             length_m: only(&self.length_m),
             off_reels_m: only(&self.off_reels_m),
             // The largest since the frame kept before.
@@ -142,6 +133,7 @@ impl ReplayThread {
                     self.tension_n[since..=frame].iter().copied().fold(0.0, f64::max)
                 })
                 .collect(),
+            ..self.clone()
         }
     }
 }
@@ -238,7 +230,7 @@ struct Page<'a> {
     target: Option<PageTarget<'a>>,
     blocks: Vec<PageBlock<'a>>,
     curves: Vec<PageCurve<'a>>,
-    closing: Option<ReplayClosing>,
+    threads: Vec<ReplayThread>,
     #[serde(skip_serializing_if = "Option::is_none")]
     loads: Option<PageLoads>,
     marks: &'a [(f64, String)],
@@ -331,10 +323,7 @@ impl<'a> Page<'a> {
                     along_slider: curve.along_slider,
                 })
                 .collect(),
-            closing: replay.closing.as_ref().map(|closing| ReplayClosing {
-                threads: closing.threads.iter().map(|thread| thread.thinned(&kept)).collect(),
-                ..closing.clone()
-            }),
+            threads: replay.threads.iter().map(|thread| thread.thinned(&kept)).collect(),
             loads: replay.loads.as_ref().filter(|_| !kept.is_empty()).map(|loads| loads.thinned(&kept)),
             marks: &replay.marks,
         }

@@ -351,11 +351,13 @@ fn closing(run: &RecordedRun) -> Vec<CurveGroup> {
     let lengths = [("in the net", "length_m"), ("off the reels", "off_reels_m")];
     let lengths = lengths.iter().filter_map(|(name, what)| Some(part(run, name, add_up(what, 0.0, sum)?)));
     let tension = add_up("tension_n", 0.0, f64::max).map(|values| part(run, "", values));
+    let work = run.series.columns(|name| name.ends_with("_work_j"));
+    let work = work.map(|(_, column)| part(run, "", column.iter().copied()));
     vec![
         of_columns(run, "share", "-", &named(&shares)),
         over_time("thread", "m", lengths.collect()),
         over_time("thread tension", "N", tension.into_iter().collect()),
-        of_columns(run, "winch work", "J", &named(&[("winch_work_j", "")])),
+        over_time("winch work", "J", work.collect()),
     ]
 }
 

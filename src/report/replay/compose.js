@@ -1,7 +1,7 @@
 // ---------------------------------------------------------------- what is drawn: lines and balls
 
 const shows = [
-  { id: "threads", label: "Threads", on: true, needs: closing, title: "closing threads, coloured by tension" },
+  { id: "threads", label: "Threads", on: true, needs: threads.length > 0, title: "threads, coloured by tension" },
   { id: "tension", label: "Tension", on: true, needs: run.loads, title: "cables coloured by tension; else by their length, slack or taut" },
   { id: "hits", label: "Contacts", on: true, needs: run.loads && run.loads.largest_n_s > 0, title: "contacts, larger for a larger impulse" },
   { id: "beside", label: "Side by side", on: false, needs: (run.others || []).length, title: "the runs beside each other; else one in the other" },
@@ -99,9 +99,9 @@ function composeBlock(block) {
 
 // Over the cables that they run along; the colour passes from slack to the tension limit.
 function composeThreads(here, pull) {
-  const port = blocks.find(block => block.name === (closing.port_of || "chaser")), end = port ? blockAt(port, 8) : closing.anchor_m;
-  for (const thread of closing.threads) {
-    const u = clamp((between(thread.tension_n) || 0) / closing.limit_n, 0, 1);
+  for (const thread of threads) {
+    const port = blocks.find(block => block.name === (thread.port_of || "chaser")), end = port ? blockAt(port, 8) : thread.anchor_m;
+    const u = clamp((between(thread.tension_n) || 0) / thread.limit_n, 0, 1);
     const colour = palette.thread.map((x, k) => x + (palette.pulled[k] - x) * u);
     const at = thread.way.map(knot => knot !== null ? here(knot) : end);
     for (let i = 1; i < at.length; i++) line(at[i - 1], at[i], colour, 1, 2 + 1.6 * u, pull, 0.6);

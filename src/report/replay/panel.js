@@ -64,7 +64,7 @@ function trace(curve, x, y, times = run.times) { // an SVG path with gaps where 
 {
   const entry = (k, text, kind = "") => `<i class="${kind}" style="--k:var(--${k})"></i><span>${text}</span>`;
   $("legend").innerHTML = (loads ? loadsLegend() : entry("slack", "slack cable") + entry("taut", "taut cable: 99.5 % of rest length or more")) + entry("bullet", "bullet", "dot") +
-    (closing ? entry("thread", "closing thread, slack") + entry("pulled", `the same at ${tidy(closing.limit_n)} N, its limit`) : "") +
+    (threads.length ? entry("thread", "thread, slack") + entry("pulled", `the same at ${tidy(threads[0].limit_n)} N, its limit`) : "") +
     entry("grid", `grid ${tidy(gridStep)} m`, "grid");
   const ordinal = n => n + (n % 100 > 10 && n % 100 < 14 ? "th" : ["th", "st", "nd", "rd"][n % 10] || "th");
   const stored = run.stride > 1 ? `Every ${ordinal(run.stride)} of ${run.n_recorded} frames is kept here` : `All ${run.n_recorded} frames`;

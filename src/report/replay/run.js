@@ -28,7 +28,7 @@ const isBullet = new Uint8Array(nKnots);
 for (const k of run.bullets) isBullet[k] = 1;
 const onEdge = new Uint8Array(nKnots);
 for (const k of run.perimeter) onEdge[k] = 1;
-const closing = run.closing; // threads and winches; null without any
+const threads = run.threads || []; // each wound on a winch
 const meshLength = run.rest_lengths.length ? [...run.rest_lengths].sort((a, b) => a - b)[nCables >> 1] : 0.05;
 
 // Shading normals, outward (parts are convex), smooth across facets of less than 30 degrees; the edges between

@@ -1,18 +1,18 @@
 // ---------------------------------------------------------------- panel: threads and winches
 
-const threadRows = (closing ? closing.threads : []).map((thread, index) => {
+const threadRows = threads.map((thread, index) => {
   const row = document.createElement("div");
   row.className = "row thread";
   row.innerHTML = `<span class="name"></span><span class="value"></span><div class="share pulled"><div></div></div>`;
   $("numbers").append(row);
-  return { row, thread, name: closing.threads.length > 1 ? `thread ${index + 1}` : "thread" };
+  return { row, thread, name: threads.length > 1 ? `thread ${index + 1}` : "thread" };
 });
 
 function winchState(thread) {
-  if (closing.start_s === null || now.t < closing.start_s) return "free";
+  if (thread.start_s === null || now.t < thread.start_s) return "free";
   const i = now.frame, j = Math.min(i + 1, nFrames - 1), off = thread.off_reels_m;
   if (off[i] <= thread.stop_m * (1 + 1e-6)) return "wound up";
-  if (thread.tension_n[j] >= closing.limit_n * (1 - 1e-6)) return "at limit";
+  if (thread.tension_n[j] >= thread.limit_n * (1 - 1e-6)) return "at limit";
   return off[j] < off[i] ? "reeling" : "holding";
 }
 
@@ -24,7 +24,7 @@ function showThreads() {
     const unit = document.createElement("small");
     unit.textContent = " m";
     row.children[1].append(unit);
-    row.title = `${tidy(off)} m off its reels, ${tidy(length)} m long in the net; tension ${tidy(Number(tension.toPrecision(3)))} of ${tidy(closing.limit_n)} N`;
-    row.querySelector(".share div").style.width = 100 * clamp(tension / closing.limit_n, 0, 1) + "%";
+    row.title = `${tidy(off)} m off its reels, ${tidy(length)} m long in the net; tension ${tidy(Number(tension.toPrecision(3)))} of ${tidy(thread.limit_n)} N`;
+    row.querySelector(".share div").style.width = 100 * clamp(tension / thread.limit_n, 0, 1) + "%";
   }
 }

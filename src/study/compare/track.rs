@@ -44,11 +44,11 @@ pub struct Track {
     pub momentum_target: Vec<[f64; 3]>,
     /// Energy, a row each of [`ROWS`] [J].
     pub energy_j: Vec<Vec<f64>>,
-    /// Closing threads; empty curves without any.
+    /// Threads on winches; empty curves without any.
     pub threads: Threads,
 }
 
-/// Curves of the closing threads.
+/// Curves of threads on winches.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Threads {
     /// What is off the reels, all threads together [m].
@@ -61,17 +61,18 @@ pub struct Threads {
 
 impl Threads {
     fn of(run: &Run) -> Threads {
-        let threads = || run.reports.iter().flat_map(|(_, report)| &report.threads);
-        let over = |column: usize, join: fn(f64, f64) -> f64| {
-            let threads = threads().map(|thread| run.reading(&thread.columns[column]));
-            threads
+        let joined = |columns: &mut dyn Iterator<Item = &str>, join: fn(f64, f64) -> f64| {
+            let curves = columns.map(|column| run.reading(column));
+            curves
                 .reduce(|sum, one| sum.iter().zip(one).map(|(a, b)| join(*a, b)).collect())
                 .unwrap_or_default()
         };
+        let add = |a, b| a + b;
+        let of_threads = |column: usize| run.threads().map(move |thread| thread.columns[column].as_str());
         Threads {
-            off_reels_m: over(1, |a, b| a + b),
-            tension_n: over(2, f64::max),
-            work_j: run.reading("winch_work_j"),
+            off_reels_m: joined(&mut of_threads(1), add),
+            tension_n: joined(&mut of_threads(2), f64::max),
+            work_j: joined(&mut run.reports.iter().filter_map(|(_, report)| report.work), add),
         }
     }
 }
