@@ -27,17 +27,6 @@ impl ForceElement for Wind {
             forces.on_bodies[TARGET].force += self.on_target * (self.velocity - target.velocity);
         }
     }
-
-    fn power(&self, state: &State) -> f64 {
-        let mut forces = Forces::default();
-        forces.clear(state);
-        // Only what acts now is asked for: nothing of the wind itself changes.
-        Wind { ..*self }.add_forces(state, &mut forces);
-        let on_knots = forces.on_knots.iter().zip(&state.knots.velocity);
-        let on_bodies = forces.on_bodies.iter().zip(&state.bodies);
-        on_knots.map(|(force, velocity)| force.dot(velocity)).sum::<f64>()
-            + on_bodies.map(|(wrench, body)| wrench.force.dot(&body.velocity)).sum::<f64>()
-    }
 }
 
 /// A built-in scene in the wind, under a pair of `tumblenet compare` such as `joints+rapier`.

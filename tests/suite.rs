@@ -18,6 +18,7 @@ mod counts;
 mod dependency;
 mod deployment;
 mod determinism;
+mod drag;
 mod effects;
 mod energy;
 mod engine_facts;

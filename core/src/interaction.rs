@@ -37,13 +37,8 @@ pub trait ForceElement: Send {
     /// Adds its forces at the start of a step.
     fn add_forces(&mut self, state: &State, forces: &mut Forces);
 
-    /// Energy it stores [J]; its forces are the slope of that, but for what `power` says.
+    /// Energy it stores [J], whose slope is part of its forces; the work of the rest is counted step by step.
     fn energy(&self, _state: &State) -> f64 {
-        0.0
-    }
-
-    /// Power it puts into net and bodies beyond what it stores [W]; negative for drag.
-    fn power(&self, _state: &State) -> f64 {
         0.0
     }
 }

@@ -10,6 +10,7 @@ pub mod cabin;
 pub mod cable_contact;
 pub mod chaser;
 pub mod closing;
+pub mod drag;
 mod field;
 pub mod friction;
 pub mod orbit;
@@ -153,6 +154,8 @@ effects! {
     orbit: orbit::Orbit,
     /// Residual gravity and rotation of an aeroplane's cabin.
     cabin: cabin::Cabin,
+    /// Drag of the air on net and target.
+    drag: drag::Drag,
     /// The chaser, free to recoil, and the dispersion of its shots.
     chaser: chaser::Chaser,
     /// Friction between net and target.
