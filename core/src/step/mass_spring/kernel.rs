@@ -223,6 +223,17 @@ impl ExplicitNet {
         self.integrator == Integrator::Symplectic
     }
 
+    /// Half a kick of a sub-step of `step` seconds by the cables alone. What effects push with is held over a step and given
+    /// whole, before the positions move: `is_first` says whether they do so after it.
+    pub fn half_kick(&mut self, step: f64, is_first: bool, is_pushed: bool) {
+        self.kick(0.5 * step);
+        if is_pushed {
+            let factor = if is_first { 0.5 * step } else { -0.5 * step };
+            let (sum, term) = (&mut self.velocity, &self.push);
+            self.arch.dispatch(AddScaled { sum, term, factor });
+        }
+    }
+
     /// Positions after a sub-step of `step` seconds at the velocities of its end.
     pub fn drift(&mut self, step: f64) {
         if std::mem::take(&mut self.pushed) && self.integrator == Integrator::Secant {

@@ -189,7 +189,10 @@ impl Stepper for MassSpring {
                 self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
             }
             let is_half = lags && self.in_time && substep == 0;
-            self.net.kick(if is_half { 0.5 * self.substep } else { self.substep });
+            match is_half {
+                true => self.net.half_kick(self.substep, true, with.push()),
+                false => self.net.kick(self.substep),
+            }
             if !self.reached.is_empty() {
                 acted |= self.interact(state, with);
             }
@@ -205,7 +208,7 @@ impl Stepper for MassSpring {
         // count as energy, and whole cables that bounce with 0.7 would bounce of it, 0.26 of the energy at hand.
         self.in_time = with.kick_knots() && !(lags && acted);
         if lags && self.in_time {
-            self.net.kick(0.5 * self.substep);
+            self.net.half_kick(self.substep, false, with.push());
         }
         self.net.store(&mut state.knots);
         self.net.take_tension(&mut state.tension);
