@@ -54,7 +54,8 @@ fn a_scene_of_ones_own_begins_with_one_that_runs() {
     }
     // What is built in and what the notes name is there.
     let schema = printed(folder.path(), &["schema"]);
-    for name in ["friction", "self_contact", "orbit", "cabin", "drag", "chaser", "tug", "spin_deg_s", "attitude_wxyz"]
+    for name in
+        ["friction", "self_contact", "orbit", "cabin", "drag", "chaser", "tug", "spin_deg_s", "attitude_wxyz"]
     {
         assert!(schema.contains(&format!("\"{name}\"")), "{name}");
     }

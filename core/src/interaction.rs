@@ -572,6 +572,12 @@ impl Interactions {
         lists.filter_map(|&index| Some(self.list[index].effect.contacts()?.detection().0)).sum()
     }
 
+    /// Times that contact laws have had the engine detect.
+    pub fn n_detections(&mut self) -> u64 {
+        let lists = self.contacts.iter();
+        lists.filter_map(|&index| Some(self.list[index].effect.contacts()?.detection().1)).sum()
+    }
+
     /// What each effect did within the step that led from `before` to `after`, in `step` seconds.
     pub fn end_of_step(
         &mut self,

@@ -51,7 +51,7 @@ pub struct ContactSettings<'a> {
 
 impl ContactSettings<'_> {
     /// Contacts of the knots, by a solver of ours; none where the engine solves them.
-    fn of_knots(&self) -> Option<SurfaceContacts> {
+    pub fn of_knots(&self) -> Option<SurfaceContacts> {
         let coupled = self.coupled;
         let normal = match self.solver.contact {
             ContactModel::Rapier => return None,

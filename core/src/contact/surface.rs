@@ -21,6 +21,10 @@ use crate::target::Target;
 use crate::world::Detector;
 use nalgebra::Vector3;
 
+/// Two faces that a knot is between make a corner that holds it where the cosine of their normals is smaller: others are
+/// one face in two parts, or the sides of a gap.
+const CORNER: f64 = 0.95;
+
 /// What of the net is to be kept from the target.
 pub enum Feature {
     /// Its knots.
@@ -155,6 +159,42 @@ impl SurfaceContacts {
     /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `body`, and marks
     /// the knots.
     pub fn solve(&mut self, net: &mut impl NetMotion, body: &mut Body, step: f64) {
+        self.prepare(net, body, step);
+        if self.rows.is_empty() {
+            return;
+        }
+        let (target, before) = (self.inverse_inertia.at(body), *body);
+        let mut rows = std::mem::take(&mut self.rows);
+        self.solver.solve(&mut rows, net, body, &target, step);
+        self.finish(&rows, net, [&before, body], step);
+        self.rows = rows;
+    }
+
+    /// The same together with `others`, which have rows of the same knots: all by the solver of this.
+    pub fn solve_with(
+        &mut self,
+        others: &mut SurfaceContacts,
+        net: &mut impl NetMotion,
+        body: &mut Body,
+        step: f64,
+    ) {
+        self.prepare(net, body, step);
+        others.prepare(net, body, step);
+        let own = self.rows.len();
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.append(&mut others.rows);
+        if !rows.is_empty() {
+            let (target, before) = (self.inverse_inertia.at(body), *body);
+            self.solver.solve(&mut rows, net, body, &target, step);
+            self.finish(&rows[..own], net, [&before, body], step);
+            others.finish(&rows[own..], net, [&before, body], step);
+        }
+        self.rows = rows;
+    }
+
+    /// Rows of a (sub-)step of `step` seconds, with what they begin with.
+    fn prepare(&mut self, net: &impl NetMotion, body: &Body, step: f64) {
+        self.rows.clear();
         if self.planes.is_empty() {
             return;
         }
@@ -162,17 +202,21 @@ impl SurfaceContacts {
         let share = (step / self.step).min(1.0);
         self.step = step;
         self.find_rows(net, body, step);
-        if self.rows.is_empty() {
-            return;
-        }
         for row in &mut self.rows {
             row.impulse *= share;
         }
-        let target = self.inverse_inertia.at(body);
-        let before = *body;
-        self.solver.solve(&mut self.rows, net, body, &target, step);
+    }
+
+    /// Takes the impulses of `rows`, which are its own, over to its planes, while the body went from `before` to `after`.
+    fn finish(
+        &mut self,
+        rows: &[ContactRow],
+        net: &mut impl NetMotion,
+        [before, after]: [&Body; 2],
+        step: f64,
+    ) {
         let is_force = self.is_force();
-        for (row, &plane) in self.rows.iter().zip(&self.planes_of) {
+        for (row, &plane) in rows.iter().zip(&self.planes_of) {
             let plane = &mut self.planes[plane];
             plane.impulse = row.impulse;
             if row.whole_impulse() == Vector3::zeros() {
@@ -181,7 +225,7 @@ impl SurfaceContacts {
             for &(knot, _) in row.weights.all() {
                 net.mark(knot);
             }
-            plane.add(row, &before, body);
+            plane.add(row, before, after);
             if is_force {
                 plane.record.force = plane.record.force.max(row.impulse / step);
             }
@@ -196,6 +240,8 @@ impl SurfaceContacts {
     /// Rows of the planes that may be crossed within the step.
     fn find_rows(&mut self, net: &impl NetMotion, body: &Body, step: f64) {
         let turn = body.attitude.to_rotation_matrix();
+        // A force would be stiffer than the step was chosen for.
+        let holds_both = !self.is_force();
         let (rows, planes_of) = (&mut self.rows, &mut self.planes_of);
         rows.clear();
         planes_of.clear();
@@ -204,17 +250,22 @@ impl SurfaceContacts {
         for (index, plane) in self.planes.iter_mut().enumerate() {
             let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
             let row = plane.row(&place, net, body, step, &self.rules.parting);
-            // A knot between two parts: the one it is deeper in.
-            if let (Some(last), Some(of)) = (rows.last_mut(), planes_of.last_mut())
-                && row.is_of_the_knot_of(last)
-            {
-                if depth(&row) > depth(last) {
-                    (*last, *of) = (row, index);
-                }
+            let Some(last) = rows.last().filter(|last| row.is_of_the_knot_of(last)) else {
+                rows.push(row);
+                planes_of.push(index);
                 continue;
+            };
+            // A knot between two parts: in the corner that they make, or in the one it is deeper in.
+            let n = rows.len();
+            let first =
+                n.checked_sub(2).map(|first| &rows[first]).filter(|first| row.is_of_the_knot_of(first));
+            let makes_corner = |with: &ContactRow| row.normal.dot(&with.normal).abs() < CORNER;
+            if holds_both && first.is_none() && makes_corner(last) {
+                rows.push(row);
+                planes_of.push(index);
+            } else if depth(&row) > depth(last) && first.is_none_or(makes_corner) {
+                (rows[n - 1], planes_of[n - 1]) = (row, index);
             }
-            rows.push(row);
-            planes_of.push(index);
         }
     }
 

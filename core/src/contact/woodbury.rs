@@ -23,9 +23,10 @@
 //! leave with a hundred times the speed of the shot.
 //!
 //! Departures from the source: Eq. 4.30 does not forbid an impulse that pulls; contacts that would
-//! pull are released and the rest is solved again, until none pulls. A knot has one contact at a
-//! time, the one it is deepest in: D is then diagonal. Coulomb friction is our extension, applied
-//! after the normal impulses.
+//! pull are released and the rest is solved again, until none pulls. A knot in a corner between two parts has two
+//! contacts, with n₁ · n₂ = c, and D a block (1, c; c, 1) / m there. With the second row less c times the first,
+//! over √(1 − c²), D is diagonal again: that is the block's Cholesky factor. Coulomb friction is our extension,
+//! applied after the normal impulses.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -46,18 +47,28 @@ pub struct Woodbury {
 #[derive(Clone, Copy, Debug)]
 struct Acting {
     index: usize,
+    knot: usize,
     /// Row of G.
     moments: Vector6<f64>,
     /// mᵢ, the entry of D⁻¹ [kg].
     mass: f64,
-    /// Impulse that would do if the target were held [N s].
+    /// Impulse that would do if it were the only one and the target were held [N s].
     alone: f64,
     /// jᵢ as last solved [N s].
     impulse: f64,
 }
 
+/// A row made independent of the one before it, which may be of the same knot.
+#[derive(Clone, Copy, Debug)]
+struct Independent {
+    moments: Vector6<f64>,
+    alone: f64,
+    /// n₁ · n₂ and 1 / √(1 − c²) of a second row of a knot.
+    second: Option<[f64; 2]>,
+}
+
 impl Woodbury {
-    /// Writes to `rows`, each of another knot, the impulses that change their speeds by what is `wanted` [m/s],
+    /// Writes to `rows`, each of another knot or one of two that follow each other, the impulses that change their speeds by what is `wanted` [m/s],
     /// where that is more than nothing, and that pull nowhere: what would is released, and the rest solved again.
     pub fn solve(
         &mut self,
@@ -87,12 +98,23 @@ impl Woodbury {
 
     /// j = M⁻¹ v by the Woodbury identity, O(k).
     fn solve_acting(&mut self, target: &InverseInertia) {
-        if target.inverse_mass == 0.0 {
-            for contact in &mut self.acting {
-                contact.impulse = contact.alone;
+        let shared = if target.inverse_mass == 0.0 { Vector6::zeros() } else { self.shared(target) };
+        let mut last: Option<Acting> = None;
+        for i in 0..self.acting.len() {
+            let contact = self.acting[i];
+            let row = contact.after(last.as_ref());
+            let mut impulse = row.alone - contact.mass * row.moments.dot(&shared);
+            if let Some([cosine, scale]) = row.second {
+                impulse *= scale;
+                self.acting[i - 1].impulse -= cosine * impulse;
             }
-            return;
+            self.acting[i].impulse = impulse;
+            last = Some(contact);
         }
+    }
+
+    /// (W⁻¹ + Gᵀ D⁻¹ G)⁻¹ Gᵀ D⁻¹ v.
+    fn shared(&self, target: &InverseInertia) -> Vector6<f64> {
         let mut core = Matrix6::zeros();
         let inertia = target.inverse_inertia.try_inverse().unwrap_or_default();
         core.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
@@ -100,7 +122,11 @@ impl Woodbury {
             core[(axis, axis)] = 1.0 / target.inverse_mass;
         }
         let mut pull = Vector6::zeros();
-        for Acting { moments, mass, alone, .. } in &self.acting {
+        let mut last = None;
+        for contact in &self.acting {
+            let Independent { moments, alone, .. } = contact.after(last);
+            let mass = contact.mass;
+            last = Some(contact);
             // The lower half, which is all that is read.
             for column in 0..6 {
                 let weighed = mass * moments[column];
@@ -108,13 +134,10 @@ impl Woodbury {
                     core[(row, column)] += weighed * moments[row];
                 }
             }
-            pull += moments * *alone;
+            pull += moments * alone;
         }
         // Symmetric and positive definite: mass and inertia are, and the rest is a sum of squares.
-        let shared = core.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&pull));
-        for contact in &mut self.acting {
-            contact.impulse = contact.alone - contact.mass * contact.moments.dot(&shared);
-        }
+        core.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&pull))
     }
 }
 
@@ -123,7 +146,23 @@ impl Acting {
         let (n, turn) = (row.normal, row.arm.unwrap_or_default().cross(&row.normal));
         let moments = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
         let mass = 1.0 / row.inverse_mass;
-        Acting { index, moments, mass, alone: mass * wanted, impulse: 0.0 }
+        Acting { index, knot: row.weights.first(), moments, mass, alone: mass * wanted, impulse: 0.0 }
+    }
+
+    /// As it acts after what `last` does.
+    #[inline]
+    fn after(&self, last: Option<&Acting>) -> Independent {
+        let Some(first) = last.filter(|last| last.knot == self.knot) else {
+            return Independent { moments: self.moments, alone: self.alone, second: None };
+        };
+        let normal = |of: &Acting| of.moments.fixed_rows::<3>(0).into_owned();
+        let cosine = normal(first).dot(&normal(self));
+        let scale = 1.0 / (1.0 - cosine * cosine).sqrt();
+        Independent {
+            moments: scale * (self.moments - cosine * first.moments),
+            alone: scale * (self.alone - cosine * first.alone),
+            second: Some([cosine, scale]),
+        }
     }
 }
 
@@ -171,13 +210,24 @@ mod tests {
         row.wanted_speed - row.speed
     }
 
+    /// Every third row is in a corner with the one before it.
+    fn with_corners(rows: &mut [ContactRow]) {
+        for second in (1..rows.len()).step_by(3) {
+            let ContactRow { weights, inverse_mass, arm, velocity, .. } = rows[second - 1];
+            let row = &mut rows[second];
+            row.speed = row.normal.dot(&velocity);
+            row.wanted_speed = row.speed + 1.0;
+            (row.weights, row.inverse_mass, row.arm, row.velocity) = (weights, inverse_mass, arm, velocity);
+        }
+    }
+
     /// Eq. 4.28 entry by entry, solved densely.
     fn dense(rows: &[ContactRow], target: &InverseInertia) -> Vec<f64> {
         let k = rows.len();
         let m = DMatrix::from_fn(k, k, |i, j| {
             let (a, b) = (&rows[i], &rows[j]);
             let turned = (target.inverse_inertia * b.arm.unwrap().cross(&b.normal)).cross(&a.arm.unwrap());
-            let own = if i == j { a.inverse_mass } else { 0.0 };
+            let own = if a.is_of_the_knot_of(b) { a.inverse_mass * a.normal.dot(&b.normal) } else { 0.0 };
             own + target.inverse_mass * a.normal.dot(&b.normal) + a.normal.dot(&turned)
         });
         let wanted = DVector::from_iterator(k, rows.iter().map(wanted));
@@ -188,7 +238,8 @@ mod tests {
     fn woodbury_agrees_with_the_dense_matrix_of_eq_4_28() {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         for n in 1..=60 {
-            let rows = random_rows(n, &mut random);
+            let mut rows = random_rows(n, &mut random);
+            with_corners(&mut rows);
             let mut solver = Woodbury::default();
             solver.acting.extend(rows.iter().enumerate().map(|(i, row)| Acting::of(i, row, wanted(row))));
             solver.solve_acting(&target());
@@ -196,7 +247,7 @@ mod tests {
             let scale = slow.iter().map(|j| j.abs()).fold(0.0, f64::max);
             for (contact, slow) in solver.acting.iter().zip(&slow) {
                 let fast = contact.impulse;
-                assert!((fast - slow).abs() < 3e-13 * scale, "{n}: {fast} and {slow}"); // measured 3e-14
+                assert!((fast - slow).abs() < 6e-12 * scale, "{n}: {fast} and {slow}"); // measured 7e-13
             }
         }
     }

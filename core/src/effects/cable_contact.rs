@@ -6,7 +6,8 @@
 //!
 //! | solver | how |
 //! |---|---|
-//! | `explicit+impulse`, `explicit+penalty` | in every sub-step, after the cables' pull |
+//! | `explicit+impulse` | in every sub-step, after the cables' pull, together with those of the knots |
+//! | `explicit+penalty` | in every sub-step, after the cables' pull |
 //! | `joints+impulse`, `joints+penalty` | before every step |
 //! | `joints+rapier` | before every part of a step, by our impulses: the engine has no row for two knots and a target |
 //!
@@ -22,7 +23,7 @@ use super::Parameters;
 use crate::contact::row::MarkedKnots;
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 
 /// Contact of cables has no parameters of its own.
@@ -31,8 +32,15 @@ use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 pub struct CableContact {}
 
 impl Parameters for CableContact {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.cables_touch = true;
+    }
+
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
-        let contacts = context.contact_settings().map(|settings| settings.of_cables());
+        let settings = context.contact_settings();
+        let contacts = settings.map(|settings| settings.of_cables());
+        let knots =
+            settings.filter(|_| context.knots_touch_with_cables()).and_then(|settings| settings.of_knots());
         let about = match contacts {
             Some(_) => format!("a capsule for each of {} cables, to detect with", context.net.cables.len()),
             None => "nothing: the scene has no target".to_owned(),
@@ -40,7 +48,7 @@ impl Parameters for CableContact {
         let inverse_mass = context.net.mass.iter().map(|mass| 1.0 / mass).collect();
         let bounces = context.solver.restitution > 0.0;
         let step = context.time_step.step;
-        let cables = TouchingCables { contacts, inverse_mass, bounces, step, stored: 0.0 };
+        let cables = TouchingCables { contacts, knots, inverse_mass, bounces, step, stored: 0.0 };
         Interaction::new("cable_contact", about, cables).internal()
     }
 }
@@ -49,6 +57,8 @@ impl Parameters for CableContact {
 struct TouchingCables {
     /// None without a target.
     contacts: Option<SurfaceContacts>,
+    /// Of the knots, where they are answered together.
+    knots: Option<SurfaceContacts>,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
     /// Whether it bounces.
@@ -56,6 +66,12 @@ struct TouchingCables {
     step: f64,
     /// Energy that it held after the last step [J].
     stored: f64,
+}
+
+impl TouchingCables {
+    fn each(&self) -> impl Iterator<Item = &SurfaceContacts> {
+        self.contacts.iter().chain(&self.knots)
+    }
 }
 
 impl Effect for TouchingCables {
@@ -71,7 +87,7 @@ impl Effect for TouchingCables {
 impl ContactLaw for TouchingCables {
     /// Those of the planes, which stand for the whole step.
     fn knots(&self, _n_knots: usize, knots: &mut Vec<usize>) {
-        let bearers = self.contacts.iter().flat_map(SurfaceContacts::bearers);
+        let bearers = self.each().flat_map(SurfaceContacts::bearers);
         knots.extend(bearers);
     }
 
@@ -83,16 +99,16 @@ impl ContactLaw for TouchingCables {
         step: f64,
         touched: &mut [bool],
     ) {
-        if let Some(contacts) = &mut self.contacts {
-            let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
-            contacts.solve(&mut net, &mut bodies[TARGET], step);
+        let Some(contacts) = &mut self.contacts else { return };
+        let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
+        match &mut self.knots {
+            Some(of_knots) => contacts.solve_with(of_knots, &mut net, &mut bodies[TARGET], step),
+            None => contacts.solve(&mut net, &mut bodies[TARGET], step),
         }
     }
 
     fn rollback(&mut self) {
-        if let Some(contacts) = &mut self.contacts {
-            contacts.forget();
-        }
+        self.contacts.iter_mut().chain(&mut self.knots).for_each(SurfaceContacts::forget);
     }
 
     fn bounces(&self) -> bool {
@@ -100,19 +116,20 @@ impl ContactLaw for TouchingCables {
     }
 
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
-        if let Some(own) = &self.contacts {
+        for own in self.each() {
             own.report(before, after, None, contacts);
         }
     }
 
     fn detection(&self) -> (usize, u64) {
-        self.contacts.as_ref().map_or((0, 0), |own| (own.n_colliders(), own.n_detections))
+        self.each()
+            .fold((0, 0), |(colliders, times), own| (colliders + own.n_colliders(), times + own.n_detections))
     }
 }
 
 impl StepObserver for TouchingCables {
     fn start_of_step(&mut self, state: &State) {
-        if let Some(contacts) = &mut self.contacts {
+        for contacts in self.contacts.iter_mut().chain(&mut self.knots) {
             contacts.update(state, &state.bodies[TARGET], self.step);
         }
     }

@@ -74,8 +74,9 @@ impl Method for Explicit {
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
+        let settings = context.contact_settings().filter(|_| !context.knots_touch_with_cables());
         Box::new(MassSpring {
-            contacts: ContactManager::new(context.contact_settings().as_ref()),
+            contacts: ContactManager::new(settings.as_ref()),
             bounces: context.solver.restitution > 0.0,
             ..MassSpring::new(context, context.time_step)
         })
@@ -217,7 +218,10 @@ impl Stepper for MassSpring {
         clock.lap(&mut work.stages.cables);
 
         self.contacts.report(&before.knots, state, |from, to, list| with.report_contacts(from, to, list));
-        work.detections = self.contacts.n_detections().unwrap_or(work.detections);
+        let own = self.contacts.n_detections();
+        if own.is_some() || with.touch() {
+            work.detections = own.unwrap_or(0) + with.n_detections();
+        }
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
         let velocity_lag = if self.net.lags() && !self.in_time { 0.5 * self.substep } else { 0.0 };
