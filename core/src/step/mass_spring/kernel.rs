@@ -223,15 +223,10 @@ impl ExplicitNet {
         self.integrator == Integrator::Symplectic
     }
 
-    /// Half a kick of a sub-step of `step` seconds by the cables alone. What effects push with is held over a step and given
-    /// whole, before the positions move: `is_first` says whether they do so after it.
-    pub fn half_kick(&mut self, step: f64, is_first: bool, is_pushed: bool) {
-        self.kick(0.5 * step);
-        if is_pushed {
-            let factor = if is_first { 0.5 * step } else { -0.5 * step };
-            let (sum, term) = (&mut self.velocity, &self.push);
-            self.arch.dispatch(AddScaled { sum, term, factor });
-        }
+    /// Velocities after what effects push with has acted for `time` seconds by itself.
+    pub fn push_for(&mut self, time: f64) {
+        let (sum, term) = (&mut self.velocity, &self.push);
+        self.arch.dispatch(AddScaled { sum, term, factor: time });
     }
 
     /// Positions after a sub-step of `step` seconds at the velocities of its end.

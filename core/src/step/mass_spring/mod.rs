@@ -184,16 +184,14 @@ impl Stepper for MassSpring {
         }
         // Not what it is at the end: the first contact ends a flight that does not lag.
         let (lags, mut acted) = (self.net.lags(), false);
+        let began_in_time = lags && self.in_time;
         for substep in 0..self.n_substeps {
             if bounces {
                 self.unkicked.clear();
                 self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
             }
-            let is_half = lags && self.in_time && substep == 0;
-            match is_half {
-                true => self.net.half_kick(self.substep, true, with.push()),
-                false => self.net.kick(self.substep),
-            }
+            let is_half = began_in_time && substep == 0;
+            self.net.kick(if is_half { 0.5 * self.substep } else { self.substep });
             if !self.reached.is_empty() {
                 acted |= self.interact(state, with);
             }
@@ -208,8 +206,13 @@ impl Stepper for MassSpring {
         // where contacts or threads acted: they answer a whole kick, and what cables press onto them in this half would
         // count as energy, and whole cables that bounce with 0.7 would bounce of it, 0.26 of the energy at hand.
         self.in_time = with.kick_knots() && !(lags && acted);
-        if lags && self.in_time {
-            self.net.half_kick(self.substep, false, with.push());
+        let ends_in_time = lags && self.in_time;
+        if ends_in_time {
+            self.net.kick(0.5 * self.substep);
+        }
+        if began_in_time != ends_in_time && with.push() {
+            // What is held over a step acts for all of it, and no longer.
+            self.net.push_for(if began_in_time { 0.5 } else { -0.5 } * self.substep);
         }
         self.net.store(&mut state.knots);
         self.net.take_tension(&mut state.tension);
