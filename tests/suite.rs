@@ -35,6 +35,7 @@ mod optimise;
 mod precision;
 mod profiles;
 mod program;
+mod random_scenes;
 mod readme;
 mod replay;
 mod report;

@@ -647,13 +647,14 @@ impl AppliedForces {
         let mut work =
             EffectWork { work: self.work_on_bodies + stored - self.stored, ..EffectWork::default() };
         let moved = before.knots.position.iter().zip(&after.knots.position);
-        for (force, (from, to)) in forces.on_knots.iter().zip(moved) {
+        for (knot, (force, (from, to))) in forces.on_knots.iter().zip(moved).enumerate() {
             if *force == Vector3::zeros() {
                 continue;
             }
             work.work += force.dot(&(to - from));
             work.impulse += step * force;
-            work.angular_impulse += step * (0.5 * (from + to)).cross(force);
+            let place = after.forces.acted_at.get(knot).copied().unwrap_or_else(|| 0.5 * (from + to));
+            work.angular_impulse += step * place.cross(force);
             work.count += 1;
         }
         for (body, Wrench { force, torque }) in before.bodies.iter().zip(&forces.on_bodies) {

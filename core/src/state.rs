@@ -140,6 +140,8 @@ pub struct Forces {
     pub on_knots: Vec<Vector3<f64>>,
     /// On each body; none where no effect applies any.
     pub on_bodies: Vec<Wrench>,
+    /// Where each knot was as its force acted within the step, in the mean [m]; none: in the middle of its way.
+    pub acted_at: Vec<Vector3<f64>>,
 }
 
 impl Forces {
@@ -149,6 +151,13 @@ impl Forces {
         self.on_knots.resize(state.knots.position.len(), Vector3::zeros());
         self.on_bodies.clear();
         self.on_bodies.resize(state.bodies.len(), Wrench::default());
+        self.acted_at.clear();
+    }
+
+    /// Hears that for a `share` of the step forces act where knots are now, at `positions` [m]; one below zero takes back.
+    pub fn act_at(&mut self, positions: impl ExactSizeIterator<Item = Vector3<f64>>, share: f64) {
+        self.acted_at.resize(positions.len(), Vector3::zeros());
+        self.acted_at.iter_mut().zip(positions).for_each(|(mean, position)| *mean += share * position);
     }
 }
 

@@ -129,6 +129,12 @@ impl MassSpring {
         }
     }
 
+    /// For so much of a sub-step forces of effects act where knots are now.
+    fn act_at(&self, state: &mut State, substeps: f64) {
+        let positions = (0..state.knots.position.len()).map(|knot| self.net.position(knot));
+        state.forces.act_at(positions, substeps / f64::from(self.n_substeps));
+    }
+
     /// Constraints and contacts of effects act sub-step by sub-step. As impulses of two sub-steps at a time
     /// threads put 8 to 10 % of the launch energy into the cables, of ten 64 %; as forces held over ten they
     /// turn with their segments too late, and a quarter of the angular momentum is lost.
@@ -185,12 +191,17 @@ impl Stepper for MassSpring {
         // Not what it is at the end: the first contact ends a flight that does not lag.
         let (lags, mut acted) = (self.net.lags(), false);
         let began_in_time = lags && self.in_time;
+        let pushes = with.push();
         for substep in 0..self.n_substeps {
             if bounces {
                 self.unkicked.clear();
                 self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
             }
             let is_half = began_in_time && substep == 0;
+            if pushes {
+                // A method that does not lag has it act all along its way.
+                self.act_at(state, if is_half || !lags { 0.5 } else { 1.0 });
+            }
             self.net.kick(if is_half { 0.5 * self.substep } else { self.substep });
             if !self.reached.is_empty() {
                 acted |= self.interact(state, with);
@@ -200,6 +211,9 @@ impl Stepper for MassSpring {
             acted |= net.pushed;
             state.drift_bodies(true, self.substep);
             self.net.drift(self.substep);
+            if pushes && !lags {
+                self.act_at(state, 0.5);
+            }
         }
         // Semi-implicit Euler's velocities are those of half a sub-step before. A field that turns what moves would
         // turn the wrong ones: with it they are brought to the time of the positions at both ends of the step. But not
@@ -210,9 +224,12 @@ impl Stepper for MassSpring {
         if ends_in_time {
             self.net.kick(0.5 * self.substep);
         }
-        if began_in_time != ends_in_time && with.push() {
+        if pushes && began_in_time != ends_in_time {
             // What is held over a step acts for all of it, and no longer.
             self.net.push_for(if began_in_time { 0.5 } else { -0.5 } * self.substep);
+        }
+        if pushes && began_in_time {
+            self.act_at(state, 0.5);
         }
         self.net.store(&mut state.knots);
         self.net.take_tension(&mut state.tension);

@@ -285,6 +285,7 @@ impl RapierJoints {
         self.given.fill(Vector3::zeros());
         self.contacts.begin(state);
         state.tension.fill(0.0);
+        state.forces.acted_at.clear();
         for part in 0..n_parts {
             if with.constrain() {
                 self.pulled.fill(Vector3::zeros());
@@ -309,6 +310,10 @@ impl RapierJoints {
 
             // Detection, contact rows, cable rows and motion, sub-step by sub-step.
             self.world.apply(&state.forces);
+            if with.push() {
+                // It changes velocities first.
+                state.forces.act_at(state.knots.position.iter().copied(), 1.0 / f64::from(n_parts));
+            }
             self.world.advance(state, step, self.iterations.now());
             work.substeps += 1;
             work.sweeps += u64::from(self.iterations.now());
