@@ -24,6 +24,7 @@ use crate::target::parts::ConvexPart;
 use crate::world::{CableDetector, POINT_ERROR};
 
 use super::plane::ContactPlane;
+use super::row::NetMotion;
 
 /// A place found anew within this share of the cable from one known before is the same.
 const SAME_CONTACT: f64 = 0.1;
@@ -88,6 +89,8 @@ impl CablePlanes {
         self.n_found = planes.len();
         for old in &self.before {
             if nearest(of_cable(&planes[..self.n_found], &old.record), &old.record).is_none()
+                // Of a round part one place of a cable is nearest.
+                && !self.is_followed(old, of_cable(&planes[..self.n_found], &old.record))
                 && let Some(moved) = moved(old, knots, body)
                 && self.is_real(&moved, knots, body, margin)
             {
@@ -109,6 +112,39 @@ impl CablePlanes {
         let below = body.to_body(&place) - height * plane.normal;
         if self.solids[plane.record.part].depth(&below) > -POINT_ERROR {
             plane.foot = below;
+        }
+    }
+
+    /// Whether a plane is on the round side of a part that one of `found`, of the same cable, is followed along.
+    fn is_followed(&self, plane: &ContactPlane, found: &[ContactPlane]) -> bool {
+        let part = plane.record.part;
+        let on_round = |plane: &ContactPlane| self.solids[part].is_round(&plane.normal);
+        !self.by_force
+            && on_round(plane)
+            && found.iter().any(|other| other.record.part == part && on_round(other))
+    }
+
+    /// Within a step: takes planes on round parts along to where their cables are nearest now. A force would have other
+    /// places to answer than those that it holds energy at.
+    pub fn follow_round(&self, planes: &mut [ContactPlane], net: &impl NetMotion, body: &Body) {
+        if self.by_force {
+            return;
+        }
+        for plane in planes {
+            let part = &self.solids[plane.record.part];
+            if !part.is_round(&plane.normal) {
+                continue;
+            }
+            let along = plane.along();
+            let [from, to] = [plane.record.knot, along.end].map(|knot| body.to_body(&net.position(knot)));
+            let Some(nearest) = part.nearest_on_round(&from, &to) else { continue };
+            // One that has come through the part's middle would be drawn through the rest.
+            if nearest.normal.dot(&plane.normal) > 0.0 {
+                plane.foot = nearest.foot;
+                plane.normal = nearest.normal;
+                plane.height = nearest.normal.dot(&nearest.foot) + plane.radius;
+                plane.record.along = Some(Along { share: nearest.share, ..along });
+            }
         }
     }
 

@@ -201,6 +201,9 @@ impl SurfaceContacts {
         // What a longer step took is too much of a guess for a shorter, and too few passes take it back.
         let share = (step / self.step).min(1.0);
         self.step = step;
+        if let Feature::Cables(cables) = &self.feature {
+            cables.follow_round(&mut self.planes, net, body);
+        }
         self.find_rows(net, body, step);
         for row in &mut self.rows {
             row.impulse *= share;
