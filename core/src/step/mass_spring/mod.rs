@@ -96,6 +96,8 @@ pub struct MassSpring {
     bounces: bool,
     /// Whether velocities are those of the time of the positions, where a field acts: not where a method lets them lag.
     in_time: bool,
+    /// Whether velocities were behind positions at the start of the step, by the integrator.
+    lagged: bool,
     substep: f64,
     n_substeps: u32,
     /// Into how many these are cut when a contact ends the flight.
@@ -123,6 +125,7 @@ impl MassSpring {
             unkicked: Vec::new(),
             bounces: false,
             in_time: false,
+            lagged: false,
             substep,
             n_substeps: time_step.substeps,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
@@ -133,6 +136,30 @@ impl MassSpring {
     fn act_at(&self, state: &mut State, substeps: f64) {
         let positions = (0..state.knots.position.len()).map(|knot| self.net.position(knot));
         state.forces.act_at(positions, substeps / f64::from(self.n_substeps));
+    }
+
+    /// The end of a step that `began_in_time`, in which contacts or constraints `acted`, or did not.
+    ///
+    /// Semi-implicit Euler's velocities are those of half a sub-step before. A field that turns what moves would
+    /// turn the wrong ones: with it they are brought to the time of the positions at both ends of the step. But not
+    /// where contacts or threads acted: they answer a whole kick, and what cables press onto them in this half would
+    /// count as energy, and whole cables that bounce with 0.7 would bounce of it, 0.26 of the energy at hand.
+    fn end(&mut self, state: &mut State, with: &Interactions, began_in_time: bool, acted: bool) {
+        self.in_time = with.kick_knots() && !(self.lagged && acted);
+        let ends_in_time = self.lagged && self.in_time;
+        if ends_in_time {
+            self.net.kick(0.5 * self.substep);
+        }
+        if !with.push() {
+            return;
+        }
+        if began_in_time != ends_in_time {
+            // What is held over a step acts for all of it, and no longer.
+            self.net.push_for(if began_in_time { 0.5 } else { -0.5 } * self.substep);
+        }
+        if began_in_time {
+            self.act_at(state, 0.5);
+        }
     }
 
     /// Constraints and contacts of effects act sub-step by sub-step. As impulses of two sub-steps at a time
@@ -189,8 +216,8 @@ impl Stepper for MassSpring {
             self.in_time = with.kick_knots();
         }
         // Not what it is at the end: the first contact ends a flight that does not lag.
-        let (lags, mut acted) = (self.net.lags(), false);
-        let began_in_time = lags && self.in_time;
+        self.lagged = self.net.lags();
+        let (began_in_time, mut acted) = (self.lagged && self.in_time, false);
         let pushes = with.push();
         for substep in 0..self.n_substeps {
             if bounces {
@@ -200,7 +227,7 @@ impl Stepper for MassSpring {
             let is_half = began_in_time && substep == 0;
             if pushes {
                 // A method that does not lag has it act all along its way.
-                self.act_at(state, if is_half || !lags { 0.5 } else { 1.0 });
+                self.act_at(state, if is_half || !self.lagged { 0.5 } else { 1.0 });
             }
             self.net.kick(if is_half { 0.5 * self.substep } else { self.substep });
             if !self.reached.is_empty() {
@@ -211,26 +238,11 @@ impl Stepper for MassSpring {
             acted |= net.pushed;
             state.drift_bodies(true, self.substep);
             self.net.drift(self.substep);
-            if pushes && !lags {
+            if pushes && !self.lagged {
                 self.act_at(state, 0.5);
             }
         }
-        // Semi-implicit Euler's velocities are those of half a sub-step before. A field that turns what moves would
-        // turn the wrong ones: with it they are brought to the time of the positions at both ends of the step. But not
-        // where contacts or threads acted: they answer a whole kick, and what cables press onto them in this half would
-        // count as energy, and whole cables that bounce with 0.7 would bounce of it, 0.26 of the energy at hand.
-        self.in_time = with.kick_knots() && !(lags && acted);
-        let ends_in_time = lags && self.in_time;
-        if ends_in_time {
-            self.net.kick(0.5 * self.substep);
-        }
-        if pushes && began_in_time != ends_in_time {
-            // What is held over a step acts for all of it, and no longer.
-            self.net.push_for(if began_in_time { 0.5 } else { -0.5 } * self.substep);
-        }
-        if pushes && began_in_time {
-            self.act_at(state, 0.5);
-        }
+        self.end(state, with, began_in_time, acted);
         self.net.store(&mut state.knots);
         self.net.take_tension(&mut state.tension);
         self.cuts.count(self.net.tried() - tried, state.time)?;
