@@ -2,7 +2,7 @@
 //!
 //! | solver | rows | normal impulses | friction (Eq. 4.10) |
 //! |---|---|---|---|
-//! | [`super::woodbury`] | of different knots | all at once | at the velocities before |
+//! | [`super::woodbury`] | of different knots, or two of a knot in a corner | all at once | at the velocities before; in a corner along it |
 //! | [`super::gauss_seidel`] | may share knots | pass by pass | row by row within the passes, but for rows that bounce: after them |
 //! | [`super::penalty`] of knots | of different knots | each by its own overlap | at the velocities before |
 //! | [`super::penalty`] of cables | may share knots | each by its own overlap | row by row, after all that acts in the (sub-)step, or before |

@@ -159,35 +159,30 @@ impl SurfaceContacts {
     /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `body`, and marks
     /// the knots.
     pub fn solve(&mut self, net: &mut impl NetMotion, body: &mut Body, step: f64) {
-        self.prepare(net, body, step);
-        if self.rows.is_empty() {
-            return;
-        }
-        let (target, before) = (self.inverse_inertia.at(body), *body);
-        let mut rows = std::mem::take(&mut self.rows);
-        self.solver.solve(&mut rows, net, body, &target, step);
-        self.finish(&rows, net, [&before, body], step);
-        self.rows = rows;
+        self.solve_with(None, net, body, step);
     }
 
     /// The same together with `others`, which have rows of the same knots: all by the solver of this.
     pub fn solve_with(
         &mut self,
-        others: &mut SurfaceContacts,
+        mut others: Option<&mut SurfaceContacts>,
         net: &mut impl NetMotion,
         body: &mut Body,
         step: f64,
     ) {
         self.prepare(net, body, step);
-        others.prepare(net, body, step);
-        let own = self.rows.len();
-        let mut rows = std::mem::take(&mut self.rows);
-        rows.append(&mut others.rows);
+        let (own, mut rows) = (self.rows.len(), std::mem::take(&mut self.rows));
+        if let Some(others) = &mut others {
+            others.prepare(net, body, step);
+            rows.append(&mut others.rows);
+        }
         if !rows.is_empty() {
             let (target, before) = (self.inverse_inertia.at(body), *body);
             self.solver.solve(&mut rows, net, body, &target, step);
             self.finish(&rows[..own], net, [&before, body], step);
-            others.finish(&rows[own..], net, [&before, body], step);
+            if let Some(others) = others {
+                others.finish(&rows[own..], net, [&before, body], step);
+            }
         }
         self.rows = rows;
     }

@@ -101,10 +101,7 @@ impl ContactLaw for TouchingCables {
     ) {
         let Some(contacts) = &mut self.contacts else { return };
         let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
-        match &mut self.knots {
-            Some(of_knots) => contacts.solve_with(of_knots, &mut net, &mut bodies[TARGET], step),
-            None => contacts.solve(&mut net, &mut bodies[TARGET], step),
-        }
+        contacts.solve_with(self.knots.as_mut(), &mut net, &mut bodies[TARGET], step);
     }
 
     fn rollback(&mut self) {

@@ -100,7 +100,7 @@ function composeBlock(block) {
 // Over the cables that they run along; the colour passes from slack to the tension limit.
 function composeThreads(here, pull) {
   for (const thread of threads) {
-    const port = blocks.find(block => block.name === (thread.port_of || "chaser")), end = port ? blockAt(port, 8) : thread.anchor_m;
+    const port = blocks.find(block => block.name === thread.port_of), end = port ? blockAt(port, 8) : thread.anchor_m;
     const u = clamp((between(thread.tension_n) || 0) / thread.limit_n, 0, 1);
     const colour = palette.thread.map((x, k) => x + (palette.pulled[k] - x) * u);
     const at = thread.way.map(knot => knot !== null ? here(knot) : end);

@@ -28,7 +28,8 @@ const isBullet = new Uint8Array(nKnots);
 for (const k of run.bullets) isBullet[k] = 1;
 const onEdge = new Uint8Array(nKnots);
 for (const k of run.perimeter) onEdge[k] = 1;
-const threads = run.threads || []; // each wound on a winch
+// Each wound on a winch. Older pages have one mechanism of several.
+const threads = run.threads || (run.closing ? run.closing.threads.map(thread => ({ ...run.closing, port_of: run.closing.port_of || "chaser", ...thread })) : []);
 const meshLength = run.rest_lengths.length ? [...run.rest_lengths].sort((a, b) => a - b)[nCables >> 1] : 0.05;
 
 // Shading normals, outward (parts are convex), smooth across facets of less than 30 degrees; the edges between
