@@ -66,10 +66,12 @@ pub fn together(runs: Vec<(String, Value)>) -> String {
         data
     });
     let Some(mut first) = runs.next() else { return String::new() };
-    // What a ghost shows no more than its first shows, it need not carry.
+    // What a ghost shows no more than its first shows, it need not carry; older pages have their threads as `closing`.
     let others: Vec<Value> = runs
         .map(|mut other| {
-            for unused in ["loads", "threads", "warnings", "rest_lengths", "perimeter", "marks", "source"] {
+            for unused in
+                ["loads", "threads", "closing", "warnings", "rest_lengths", "perimeter", "marks", "source"]
+            {
                 other.as_object_mut().map(|map| map.remove(unused));
             }
             other

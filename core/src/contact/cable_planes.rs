@@ -88,9 +88,10 @@ impl CablePlanes {
         }
         self.n_found = planes.len();
         for old in &self.before {
-            if nearest(of_cable(&planes[..self.n_found], &old.record), &old.record).is_none()
+            let found = of_cable(&planes[..self.n_found], &old.record);
+            if nearest(found, &old.record).is_none()
                 // Of a round part one place of a cable is nearest.
-                && !self.is_followed(old, of_cable(&planes[..self.n_found], &old.record))
+                && !self.is_followed(old, found)
                 && let Some(moved) = moved(old, knots, body)
                 && self.is_real(&moved, knots, body, margin)
             {
@@ -104,7 +105,7 @@ impl CablePlanes {
     /// Moves the foot of a plane below its place, where the cable lies along a flat face and is still on it: as it slides over
     /// the face, it takes its places along.
     fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
-        if !self.slides || !lies_along(plane, &ends(plane, knots, body)) {
+        if !self.slides || !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
             return;
         }
         let place = plane.record.at_place(&knots.position);
@@ -136,7 +137,7 @@ impl CablePlanes {
                 continue;
             }
             let along = plane.along();
-            let [from, to] = [plane.record.knot, along.end].map(|knot| body.to_body(&net.position(knot)));
+            let [from, to] = ends(plane, |knot| net.position(knot), body);
             let Some(nearest) = part.nearest_on_round(&from, &to) else { continue };
             // One that has come through the part's middle would be drawn through the rest.
             if nearest.normal.dot(&plane.normal) > 0.0 {
@@ -169,7 +170,7 @@ impl CablePlanes {
         let (part, gap) = (&self.solids[plane.record.part], plane.gap(&(place - body.position), body));
         let is_so_deep = |depth: f64| -depth - plane.radius - gap < plane.radius;
         let below_a_face = || {
-            let [from, to] = ends(plane, knots, body);
+            let [from, to] = ends(plane, |knot| knots.position[knot], body);
             lies_along(plane, &[from, to]) && is_so_deep(part.deepest_between(&from, &to))
         };
         is_so_deep(part.depth(&in_body)) || self.slides && below_a_face()
@@ -197,9 +198,9 @@ impl CablePlanes {
     }
 }
 
-/// The ends of the cable at a plane, in the body frame [m].
-fn ends(plane: &ContactPlane, knots: &Knots, body: &Body) -> [Vector3<f64>; 2] {
-    [plane.record.knot, plane.along().end].map(|knot| body.to_body(&knots.position[knot]))
+/// The ends of the cable at a plane, where knots are at `position`, in the body frame [m].
+fn ends(plane: &ContactPlane, position: impl Fn(usize) -> Vector3<f64>, body: &Body) -> [Vector3<f64>; 2] {
+    [plane.record.knot, plane.along().end].map(|knot| body.to_body(&position(knot)))
 }
 
 /// Whether a cable from one end to the other, in the body frame, lies along a plane.

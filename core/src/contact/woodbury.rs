@@ -68,8 +68,9 @@ struct Independent {
 }
 
 impl Woodbury {
-    /// Writes to `rows`, each of another knot or one of two that follow each other, the impulses that change their speeds by what is `wanted` [m/s],
-    /// where that is more than nothing, and that pull nowhere: what would is released, and the rest solved again.
+    /// Writes to `rows`, each of another knot or one of two that follow each other, the impulses that change their speeds
+    /// by what is `wanted` [m/s], where that is more than nothing, and that pull nowhere: what would is released, and the
+    /// rest solved again.
     pub fn solve(
         &mut self,
         rows: &mut [ContactRow],
@@ -99,17 +100,14 @@ impl Woodbury {
     /// j = M⁻¹ v by the Woodbury identity, O(k).
     fn solve_acting(&mut self, target: &InverseInertia) {
         let shared = if target.inverse_mass == 0.0 { Vector6::zeros() } else { self.shared(target) };
-        let mut last: Option<Acting> = None;
         for i in 0..self.acting.len() {
-            let contact = self.acting[i];
-            let row = contact.after(last.as_ref());
-            let mut impulse = row.alone - contact.mass * row.moments.dot(&shared);
+            let row = self.independent(i);
+            let mut impulse = row.alone - self.acting[i].mass * row.moments.dot(&shared);
             if let Some([cosine, scale]) = row.second {
                 impulse *= scale;
                 self.acting[i - 1].impulse -= cosine * impulse;
             }
             self.acting[i].impulse = impulse;
-            last = Some(contact);
         }
     }
 
@@ -122,11 +120,8 @@ impl Woodbury {
             core[(axis, axis)] = 1.0 / target.inverse_mass;
         }
         let mut pull = Vector6::zeros();
-        let mut last = None;
-        for contact in &self.acting {
-            let Independent { moments, alone, .. } = contact.after(last);
-            let mass = contact.mass;
-            last = Some(contact);
+        for (i, &Acting { mass, .. }) in self.acting.iter().enumerate() {
+            let Independent { moments, alone, .. } = self.independent(i);
             // The lower half, which is all that is read.
             for column in 0..6 {
                 let weighed = mass * moments[column];
@@ -139,6 +134,24 @@ impl Woodbury {
         // Symmetric and positive definite: mass and inertia are, and the rest is a sum of squares.
         core.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&pull))
     }
+
+    /// The contact at `index`, made independent of the one before it.
+    #[inline]
+    fn independent(&self, index: usize) -> Independent {
+        let contact = &self.acting[index];
+        let before = index.checked_sub(1).map(|before| &self.acting[before]);
+        let Some(first) = before.filter(|before| before.knot == contact.knot) else {
+            return Independent { moments: contact.moments, alone: contact.alone, second: None };
+        };
+        let normal = |of: &Acting| of.moments.fixed_rows::<3>(0).into_owned();
+        let cosine = normal(first).dot(&normal(contact));
+        let scale = 1.0 / (1.0 - cosine * cosine).sqrt();
+        Independent {
+            moments: scale * (contact.moments - cosine * first.moments),
+            alone: scale * (contact.alone - cosine * first.alone),
+            second: Some([cosine, scale]),
+        }
+    }
 }
 
 impl Acting {
@@ -147,22 +160,6 @@ impl Acting {
         let moments = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
         let mass = 1.0 / row.inverse_mass;
         Acting { index, knot: row.weights.first(), moments, mass, alone: mass * wanted, impulse: 0.0 }
-    }
-
-    /// As it acts after what `last` does.
-    #[inline]
-    fn after(&self, last: Option<&Acting>) -> Independent {
-        let Some(first) = last.filter(|last| last.knot == self.knot) else {
-            return Independent { moments: self.moments, alone: self.alone, second: None };
-        };
-        let normal = |of: &Acting| of.moments.fixed_rows::<3>(0).into_owned();
-        let cosine = normal(first).dot(&normal(self));
-        let scale = 1.0 / (1.0 - cosine * cosine).sqrt();
-        Independent {
-            moments: scale * (self.moments - cosine * first.moments),
-            alone: scale * (self.alone - cosine * first.alone),
-            second: Some([cosine, scale]),
-        }
     }
 }
 
