@@ -319,13 +319,9 @@ impl SubstepConstraint for Mechanism {
             return;
         }
         let inverse_mass = &self.inverse_mass;
-        // Sub-steps follow each other so closely that nothing is to be foreseen.
-        let foresees = self.effort == ThreadSweeps::WHOLE;
         for Line { thread, winch, .. } in &mut self.lines {
             thread.begin(knots, inverse_mass);
-            if foresees {
-                thread.foresee(step);
-            }
+            thread.foresee(step);
             winch.wind(|| thread.length_at_start());
         }
         if let Some(lock) = &mut self.lock {
@@ -338,9 +334,7 @@ impl SubstepConstraint for Mechanism {
 
         for Line { thread, winch, .. } in &mut self.lines {
             winch.pulled(step, thread.impulse(), thread.length_at_end());
-            if foresees {
-                thread.expect(knots, step);
-            }
+            thread.expect(knots, step);
             let outside = Outside::of(thread);
             self.outside.impulse += outside.impulse;
             self.outside.angular_impulse += outside.angular_impulse;

@@ -83,6 +83,13 @@ impl ThreadSweeps {
 /// oscillates without end below 1 and rings below 4.
 const LONG: f64 = 4.0;
 
+/// Bunched segments that a pass settles: each is held at its floor where its neighbours were in the pass before, so a long
+/// thread takes more. What is left comes back as energy, see [`Foresight`].
+const SETTLES: usize = 5;
+
+/// Passes that a long thread takes, at most.
+const MOST_PASSES: usize = 10;
+
 /// Share by which what is foreseen follows the last step: 0.6 creates as little, and jumps more.
 const FOLLOW: f64 = 0.2;
 
@@ -398,7 +405,8 @@ impl Thread {
             *velocity = knots.velocity[knot];
         }
         let mut settled = false;
-        for _ in 0..effort.passes {
+        let passes = effort.passes.max((self.segments.len() / SETTLES).min(MOST_PASSES));
+        for _ in 0..passes {
             let length = self.length_ahead(step);
             let impulse = ask.solve(length, self.impulse, self.inverse_mass, step);
             let tolerance = effort.tolerance * impulse;
