@@ -7,14 +7,16 @@ use tumblenet::case::Case;
 use tumblenet::limits::Limits;
 use tumblenet::problems::Problems;
 use tumblenet::read::schema;
+use tumblenet::report::dependency;
 use tumblenet::report::figure::FigureWords;
 use tumblenet::report::reproduce::{StudyRows, summary, text};
 use tumblenet::report::rows::{KeptRows, RowKeeper};
 use tumblenet::report::sweep;
 use tumblenet::study::reproduce::finding::{ClaimAgreement, ClaimMeasure, Finding};
 use tumblenet::study::reproduce::spec::{Claim, Claims};
-use tumblenet::study::reproduce::{ReproducedRow, Reproduction};
+use tumblenet::study::reproduce::{ReproducedRow, Reproduction, tables};
 use tumblenet::study::sweep::Sweep;
+use tumblenet::study::sweep::dependency::Dependencies;
 
 /// Rows of a study of two speeds with two members each, run now.
 fn rows(folder: &Path) -> StudyRows {
@@ -101,6 +103,9 @@ fn a_reason_stands_where_the_answers_differ_and_rows_are_counted_by_chapter() {
         })
         .into();
     assert_eq!([rows[0].why.as_str(), rows[1].why.as_str()], ["", "chance"]);
+    let unexplained = Claim { why: None, ..claim(of, source) };
+    let finding = Finding::of_numbers(vec![2.0], "m", &unexplained.source);
+    assert_eq!(ReproducedRow::of(&unexplained, finding, String::new()).why, "No reason is known.");
     let provenance = tumblenet::provenance::Provenance::here();
     let all = Reproduction { quick: false, rows, provenance };
     assert!(summary(&all).contains("| 5, capture | 2 | 1 | 1 | 0 |"), "{}", summary(&all));
@@ -109,6 +114,20 @@ fn a_reason_stands_where_the_answers_differ_and_rows_are_counted_by_chapter() {
     assert!(published.is_valid(&written), "{:?}", published.iter_errors(&written).next());
     let text = text(&all);
     assert!(text.contains("differs it: 2.00 m (source: at most 1 m)"), "{text}");
+}
+
+/// The short form shows what it leaves out: the rows of a published table are there without any member.
+#[test]
+fn a_table_of_a_study_that_was_not_run_has_its_rows() {
+    let plan = Sweep::load("deployment-models", Limits::default()).unwrap().plan("");
+    let names = dependency::names(None);
+    let rows =
+        tables::rows(&Dependencies::of(&plan, &names, &[]).unwrap(), &[], "tumblenet sweep it", "left out");
+    assert_eq!(rows.len(), 12, "four numbers over three parameters");
+    for row in rows {
+        assert_eq!((row.place.as_str(), row.why.as_str()), ("Table 3.4", ""));
+        assert_eq!(row.finding, Finding::nothing("left out"));
+    }
 }
 
 /// Figures of the source are asked for as `tumblenet figure` knows them, of scenes that are built in.

@@ -146,9 +146,10 @@ const RULES: &str = "A share agrees with yes where most of the members that are 
 /// What there is in all, in words.
 pub fn lead(all: &Reproduction) -> String {
     let [agree, differ, open] = counts(&all.rows);
+    let left_out = if all.quick { ", are left out of the short form" } else { "" };
     let quick = if all.quick { " In short: few members, and no dear study." } else { "" };
     format!(
-        "{} claims: {agree} agree, {differ} differ, {open} are not asked by the source or cannot be measured.{quick}",
+        "{} claims: {agree} agree, {differ} differ, {open} are not asked by the source{left_out} or cannot be measured.{quick}",
         all.rows.len()
     )
 }

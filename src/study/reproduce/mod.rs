@@ -43,15 +43,25 @@ pub struct Reproduction {
     pub provenance: Provenance,
 }
 
+/// Stands where answers differ and nobody knows why: an empty place would look forgotten.
+const UNKNOWN: &str = "No reason is known.";
+
+/// The reason of a row with `finding`: nothing where answers do not differ.
+fn why(finding: &Finding, known: Option<&str>) -> String {
+    match finding.agreement {
+        ClaimAgreement::Differs => known.unwrap_or(UNKNOWN).to_owned(),
+        ClaimAgreement::Agrees | ClaimAgreement::Open => String::new(),
+    }
+}
+
 impl ReproducedRow {
     /// `claim` with what was found of it.
     pub fn of(claim: &Claim, finding: Finding, command: String) -> ReproducedRow {
-        let differs = finding.agreement == ClaimAgreement::Differs;
         ReproducedRow {
             place: claim.place.clone(),
             says: claim.says.clone(),
             source: claim.source.clone(),
-            why: claim.why.clone().filter(|_| differs).unwrap_or_default(),
+            why: why(&finding, claim.why.as_deref()),
             finding,
             command,
         }

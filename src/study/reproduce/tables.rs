@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::ReproducedRow;
 use super::finding::{ClaimAgreement, ClaimMeasure, Finding};
 use super::spec::{SourceSays, TableReason};
+use super::{ReproducedRow, why};
 use crate::study::sweep::dependency::{Dependencies, last_key, words};
 
 /// Furthest that a dependency may be from the source's and agree [percentage points], beside half of its own interval: that
@@ -25,8 +25,8 @@ struct TableCell<'a> {
     found: Option<(f64, Option<f64>, bool)>,
 }
 
-/// Those of the study of `all`, which `command` runs.
-pub fn rows(all: &Dependencies, reasons: &[TableReason], command: &str) -> Vec<ReproducedRow> {
+/// Those of the study of `all`, which `command` runs; `missing` says why a number is not there.
+pub fn rows(all: &Dependencies, reasons: &[TableReason], command: &str, missing: &str) -> Vec<ReproducedRow> {
     let row = |cell: TableCell<'_>| {
         let place = cell.source.clone().unwrap_or_default();
         let finding = match cell.found {
@@ -34,14 +34,13 @@ pub fn rows(all: &Dependencies, reasons: &[TableReason], command: &str) -> Vec<R
                 measured: ClaimMeasure::Percent { value, half_width_95 },
                 agreement: ClaimAgreement::of(Some(agrees)),
             },
-            None => Finding::nothing("no member has the number"),
+            None => Finding::nothing(missing),
         };
-        let why = reasons.iter().find(|reason| reason.is_of(&place, cell.path, cell.at));
-        let why = why.filter(|_| finding.agreement == ClaimAgreement::Differs);
+        let known = reasons.iter().find(|reason| reason.is_of(&place, cell.path, cell.at));
         ReproducedRow {
             says: cell.says,
             source: SourceSays::About { value: cell.published, unit: "%".to_owned() },
-            why: why.map_or_else(String::new, |reason| reason.why.clone()),
+            why: why(&finding, known.map(|reason| reason.why.as_str())),
             command: command.to_owned(),
             finding,
             place,

@@ -155,7 +155,8 @@ pub struct Dependencies {
 }
 
 impl Dependencies {
-    /// The dependencies of the columns `names` of the sweep `plan`, whose members are `observed`.
+    /// The dependencies of the columns `names` of the sweep `plan`, whose members are `observed`; without any the rows are
+    /// there, empty.
     ///
     /// # Errors
     /// The study is not `one-at-a-time`, or none of its parameters is a list of numbers.
@@ -197,7 +198,7 @@ impl Dependencies {
             provenance: Provenance::here(),
             groups,
         };
-        let scenes = Scenes::of(plan, &points, observed);
+        let scenes = Scenes::of(plan, &points, observed, names.len());
         for (number, parameter) in points.parameters().iter().enumerate().filter(|(_, one)| numeric(one)) {
             for group in 0..all.groups.len() {
                 all.add(plan, scenes.over(number, parameter, group));
@@ -319,17 +320,20 @@ struct Scenes<'a> {
     /// Values of all parameters as the scene has them.
     own: Vec<Value>,
     members: Vec<(Spot, &'a Observed)>,
+    /// How many numbers each has.
+    n_numbers: usize,
     points: &'a Points,
 }
 
 impl<'a> Scenes<'a> {
-    fn of(plan: &SweepPlan, points: &'a Points, observed: &'a [Observed]) -> Scenes<'a> {
+    fn of(plan: &SweepPlan, points: &'a Points, observed: &'a [Observed], n_numbers: usize) -> Scenes<'a> {
         let own = |parameter: &Parameter| {
             plan.scene.pointer(&pointer(&parameter.path)).cloned().unwrap_or_default()
         };
         Scenes {
             own: points.parameters().iter().map(own).collect(),
             members: observed.iter().map(|one| (points.spot(one.point), one)).collect(),
+            n_numbers,
             points,
         }
     }
@@ -358,9 +362,8 @@ impl<'a> Scenes<'a> {
                 .iter()
                 .filter(|(spot, _)| spot.group == group as u64 && self.is_at(*spot, number, &pick.value));
             let members: Vec<&Observed> = here.map(|(_, one)| *one).collect();
-            let n_numbers = self.members.first().map_or(0, |(_, one)| one.numbers.len());
             let of = |i: usize| MeanOf::of(members.iter().filter_map(|one| one.numbers[i]).collect());
-            Some(AtValue { value: pick.value.as_f64()?, numbers: (0..n_numbers).map(of).collect() })
+            Some(AtValue { value: pick.value.as_f64()?, numbers: (0..self.n_numbers).map(of).collect() })
         };
         OverParameter {
             path: parameter.path.clone(),
