@@ -38,7 +38,9 @@
 //! bunched tube pushes while it lengthens, and gives the thread what no winch put in: up to 8 mJ at once on the Cubesat's
 //! net. So a segment hears by how much it came out longer than it was to be, step by step ([`Foresight`]), and
 //! pulls for that in advance. Created of the energy at hand, 16 Cubesats at 2 rad/s, 3 s, in the middle and at most: 1e-3
-//! and 1e-2 without, 1.4e-4 and 3.2e-4 so, together with a step that is cut where a thread creates.
+//! and 1e-2 without, 1.4e-4 and 3.2e-4 so, together with a step that is cut where a thread creates. With explicit cables
+//! contacts act after the thread, and its own segments on each other: eight `cinch`es about z with friction made 3.8e-3 and
+//! 1.1e-2 without, 2.2e-4 and 1e-3 so, 4e-5 and 2.6e-4 together with more passes (see [`ThreadSweeps::IN_SUBSTEPS`]).
 //!
 //! **Capstan friction.** Where the thread turns by φ its tension falls by e^(−μφ), counted from the
 //! nearest end that is wound. It enters as a weight on each segment's pull (w = Σ gⱼ · fⱼ / mⱼ with
@@ -59,13 +61,15 @@ pub struct ThreadSweeps {
     pub sweeps: usize,
     /// Newton passes of each on its length at the end of the step, at most.
     pub passes: usize,
+    /// Those of a long one, at most.
+    pub most_passes: usize,
     /// Both end when no impulse changes by more than this share.
     pub tolerance: f64,
 }
 
 impl ThreadSweeps {
     /// Within a step.
-    pub const WHOLE: ThreadSweeps = ThreadSweeps { sweeps: 3, passes: 6, tolerance: 1e-7 };
+    pub const WHOLE: ThreadSweeps = ThreadSweeps { sweeps: 3, passes: 6, most_passes: 6, tolerance: 1e-7 };
 
     /// Where sub-steps follow each other so closely that one settles what the last left of other threads; but not what it
     /// left of the curvature of its own, which comes back as speed. Of a Cubesat at 2.7 rad/s, six members of
@@ -75,7 +79,12 @@ impl ThreadSweeps {
     /// |---|---|---|---|---|---|---|
     /// | created | 7e-3, 1.0e-2 | 7e-5, 9e-5 | 3e-5, 9e-5 | 1.5e-5, 9e-5 | 1.3e-5, 2e-5 | 9e-6, 5e-5 |
     /// | time | 1 | 1.2 | 1.3 | 1.5 | 2.2 | 6 |
-    pub const IN_SUBSTEPS: ThreadSweeps = ThreadSweeps { sweeps: 1, passes: 2, tolerance: 1e-7 };
+    ///
+    /// A long thread takes more, where many of its segments are bunched: around the mouth of a Cubesat's net (`cinch`, 45
+    /// segments), with friction, eight members of 3 s, 2, 4, 6 and 10 passes made at most 1.0e-3 (7.7e-3 with whole cables), 8e-4, 3e-4
+    /// and 7e-5 in 1, 1.2, 1.3 and 1.6 times the time. Joints' steps, which are cut, gain nothing by it.
+    pub const IN_SUBSTEPS: ThreadSweeps =
+        ThreadSweeps { sweeps: 1, passes: 2, most_passes: 10, tolerance: 1e-7 };
 }
 
 /// A segment is long, and pulled along the line it has at the start of the step, when its knots
@@ -83,12 +92,9 @@ impl ThreadSweeps {
 /// oscillates without end below 1 and rings below 4.
 const LONG: f64 = 4.0;
 
-/// Bunched segments that a pass settles: each is held at its floor where its neighbours were in the pass before, so a long
-/// thread takes more. What is left comes back as energy, see [`Foresight`].
+/// Segments of a thread for which it takes one pass more: each bunched one is held at its floor where its neighbours were in
+/// the pass before. What that leaves comes back as energy, see [`Foresight`].
 const SETTLES: usize = 5;
-
-/// Passes that a long thread takes, at most.
-const MOST_PASSES: usize = 10;
 
 /// Share by which what is foreseen follows the last step: 0.6 creates as little, and jumps more.
 const FOLLOW: f64 = 0.2;
@@ -405,7 +411,7 @@ impl Thread {
             *velocity = knots.velocity[knot];
         }
         let mut settled = false;
-        let passes = effort.passes.max((self.segments.len() / SETTLES).min(MOST_PASSES));
+        let passes = effort.passes.max((self.segments.len() / SETTLES).min(effort.most_passes));
         for _ in 0..passes {
             let length = self.length_ahead(step);
             let impulse = ask.solve(length, self.impulse, self.inverse_mass, step);
