@@ -20,6 +20,7 @@ use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Along, Body, Contact, Knots, State};
 use crate::target::Target;
+use crate::target::curved::Ridge;
 use crate::target::parts::ConvexPart;
 use crate::world::{CableDetector, POINT_ERROR};
 
@@ -90,7 +91,7 @@ impl CablePlanes {
         for old in &self.before {
             let found = of_cable(&planes[..self.n_found], &old.record);
             if nearest(found, &old.record).is_none()
-                // Of a round part one place of a cable is nearest.
+                // Of what is round, and of an edge, one place of a cable is nearest.
                 && !self.is_followed(old, found)
                 && let Some(moved) = moved(old, knots, body)
                 && self.is_real(&moved, knots, body, margin)
@@ -116,29 +117,30 @@ impl CablePlanes {
         }
     }
 
-    /// Whether a plane is on the round side of a part that one of `found`, of the same cable, is followed along.
+    /// Whether a plane is on a ridge of a part that one of `found`, of the same cable, is followed along.
     fn is_followed(&self, plane: &ContactPlane, found: &[ContactPlane]) -> bool {
-        let part = plane.record.part;
-        let on_round = |plane: &ContactPlane| self.solids[part].is_round(&plane.normal);
-        !self.by_force
-            && on_round(plane)
-            && found.iter().any(|other| other.record.part == part && on_round(other))
+        let ridge = self.ridge(plane);
+        let same =
+            |other: &ContactPlane| other.record.part == plane.record.part && self.ridge(other) == ridge;
+        !self.by_force && ridge.is_some() && found.iter().any(same)
     }
 
-    /// Within a step: takes planes on round parts along to where their cables are nearest now. A force would have other
-    /// places to answer than those that it holds energy at.
-    pub fn follow_round(&self, planes: &mut [ContactPlane], net: &impl NetMotion, body: &Body) {
+    fn ridge(&self, plane: &ContactPlane) -> Option<Ridge> {
+        self.solids[plane.record.part].ridge(&plane.normal)
+    }
+
+    /// Within a step: takes planes on round parts and on edges along to where their cables are nearest now. A force would have
+    /// other places to answer than those that it holds energy at.
+    pub fn follow_ridges(&self, planes: &mut [ContactPlane], net: &impl NetMotion, body: &Body) {
         if self.by_force {
             return;
         }
         for plane in planes {
-            let part = &self.solids[plane.record.part];
-            if !part.is_round(&plane.normal) {
-                continue;
-            }
+            let Some(ridge) = self.ridge(plane) else { continue };
             let along = plane.along();
             let [from, to] = ends(plane, |knot| net.position(knot), body);
-            let Some(nearest) = part.nearest_on_round(&from, &to) else { continue };
+            let part = &self.solids[plane.record.part];
+            let Some(nearest) = part.nearest_on(ridge, &plane.normal, &from, &to) else { continue };
             // One that has come through the part's middle would be drawn through the rest.
             if nearest.normal.dot(&plane.normal) > 0.0 {
                 plane.foot = nearest.foot;

@@ -197,7 +197,7 @@ impl SurfaceContacts {
         let share = (step / self.step).min(1.0);
         self.step = step;
         if let Feature::Cables(cables) = &self.feature {
-            cables.follow_round(&mut self.planes, net, body);
+            cables.follow_ridges(&mut self.planes, net, body);
         }
         self.find_rows(net, body, step);
         for row in &mut self.rows {

@@ -1,19 +1,34 @@
-//! Where a straight cable is nearest to a part that is round: found by formula, sub-step by sub-step.
+//! Where a straight cable is nearest to a part that is round, or to an edge of a box: found by formula, sub-step by sub-step.
 //!
 //! A plane that the engine found touches a round part in one point. A cable that rocks about it comes in beside that point, by
 //! θ² R / 2 for an angle θ, which is pushed out again against its tension when the next detection finds it: cables of 300 N around
-//! a ball of 0.12 m rocked by 0.03 within a step of 0.5 ms, and 3e-2 of the energy at hand were made.
+//! a ball of 0.12 m rocked by 0.03 within a step of 0.5 ms, and 3e-2 of the energy at hand were made. An edge is round with a
+//! radius of nothing: a cable that slides over one and turns meanwhile crosses it beside the place that is held.
 
 use nalgebra::Vector3;
 
 use super::parts::{ConvexPart, Primitive};
 
-/// A cable less inclined to the axis of a round part than this sine lies along it, and has no one nearest place [-].
+/// A cable less inclined to the axis of a round part, or to an edge, than this sine lies along it, and has no one nearest
+/// place [-].
 const ALONG_AXIS: f64 = 0.05;
 
-/// The nearest places of a straight cable and a round part.
+/// Cosine below which a normal is across a side, and above which it is of an edge and not of a face [-].
+const ACROSS: f64 = 1e-5;
+const OF_EDGE: f64 = 1e-2;
+
+/// What of a part has one place that is nearest to a straight cable.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NearestOnRound {
+pub enum Ridge {
+    /// A ball, a capsule, the side of a cylinder.
+    Round,
+    /// The edge of a box along the side of 0, and on which ends of the others it is.
+    Edge([i8; 3]),
+}
+
+/// The nearest places of a straight cable and a ridge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestOnRidge {
     /// The cable's, as a share of its way.
     pub share: f64,
     /// The part's [m].
@@ -22,46 +37,104 @@ pub struct NearestOnRound {
     pub normal: Vector3<f64>,
 }
 
+/// A straight line that is round to a radius: where it begins and its direction, half its length and the radius [m].
+struct Core {
+    centre: Vector3<f64>,
+    axis: Vector3<f64>,
+    half_length: f64,
+    radius: f64,
+}
+
 impl ConvexPart {
-    /// Whether it is round where its surface has this `normal`: a ball, a capsule, the side of a cylinder.
-    pub fn is_round(&self, normal: &Vector3<f64>) -> bool {
+    /// What it has where its surface has this `normal`; none: a face, a rim or a corner.
+    pub fn ridge(&self, normal: &Vector3<f64>) -> Option<Ridge> {
+        let local = self.pose.rotation.inverse_transform_vector(normal);
         match self.primitive {
-            Primitive::Ball { .. } | Primitive::Capsule { .. } => true,
-            Primitive::Cylinder { .. } => (self.pose.rotation * Vector3::y()).dot(normal).abs() < 1e-6,
-            _ => false,
+            Primitive::Ball { .. } | Primitive::Capsule { .. } => Some(Ridge::Round),
+            Primitive::Cylinder { .. } => (local.y.abs() < 1e-6).then_some(Ridge::Round),
+            Primitive::Cuboid { .. } => {
+                let along = local.iamin();
+                let is_edge = local[along].abs() < ACROSS
+                    && (0..3).all(|side| side == along || local[side].abs() > OF_EDGE);
+                let end = |side: usize| if side == along { 0 } else { local[side].signum() as i8 };
+                is_edge.then(|| Ridge::Edge([0, 1, 2].map(end)))
+            }
+            Primitive::Convex { .. } => None,
         }
     }
 
-    /// The nearest places of it and a straight cable from one end to the other; none where the part is not round there, or
-    /// an end of the cable is nearest.
-    pub fn nearest_on_round(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> Option<NearestOnRound> {
-        let (centre, way) = (self.pose.translation.vector, to - from);
-        let at = |share: f64| from + share * way;
-        let share_of = |core: &Vector3<f64>| (core - from).dot(&way) / way.norm_squared();
-        let (radius, share, core) = match self.primitive {
-            Primitive::Ball { radius } => (radius, share_of(&centre), centre),
-            Primitive::Cylinder { radius, half_length } | Primitive::Capsule { radius, half_length } => {
-                let axis = self.pose.rotation * Vector3::y();
-                let (along, begin) = (way.dot(&axis), from - centre);
-                let across = way.norm_squared() - along * along;
-                if across < ALONG_AXIS * ALONG_AXIS * way.norm_squared() {
-                    return None;
-                }
-                let (on_way, on_axis) = (begin.dot(&way), begin.dot(&axis));
-                let height = (way.norm_squared() * on_axis - along * on_way) / across;
-                if height.abs() <= half_length {
-                    (radius, (along * on_axis - on_way) / across, centre + height * axis)
-                } else if matches!(self.primitive, Primitive::Capsule { .. }) {
-                    let end = centre + height.signum() * half_length * axis;
-                    (radius, share_of(&end), end)
-                } else {
-                    return None;
-                }
+    /// The line that a ridge is round.
+    fn core(&self, ridge: Ridge) -> Option<Core> {
+        let (centre, turn) = (self.pose.translation.vector, self.pose.rotation);
+        let axis = turn * Vector3::y();
+        match (&self.primitive, ridge) {
+            (&Primitive::Ball { radius }, Ridge::Round) => {
+                Some(Core { centre, axis, half_length: 0.0, radius })
             }
-            _ => return None,
+            (
+                &(Primitive::Cylinder { radius, half_length } | Primitive::Capsule { radius, half_length }),
+                Ridge::Round,
+            ) => Some(Core { centre, axis, half_length, radius }),
+            (Primitive::Cuboid { half }, Ridge::Edge(ends)) => {
+                let along = ends.iter().position(|end| *end == 0)?;
+                let middle = Vector3::from_fn(|side, _| f64::from(ends[side]) * half[side]);
+                let axis = turn * Vector3::ith(along, 1.0);
+                Some(Core { centre: centre + turn * middle, axis, half_length: half[along], radius: 0.0 })
+            }
+            _ => None,
+        }
+    }
+
+    /// The nearest places of a `ridge` of it, touched with about this `normal`, and a straight cable from one end to the
+    /// other; none where an end of either is nearest.
+    pub fn nearest_on(
+        &self,
+        ridge: Ridge,
+        normal: &Vector3<f64>,
+        from: &Vector3<f64>,
+        to: &Vector3<f64>,
+    ) -> Option<NearestOnRidge> {
+        let (core, way) = (self.core(ridge)?, to - from);
+        let is_rounded = matches!(self.primitive, Primitive::Ball { .. } | Primitive::Capsule { .. });
+        let (share, centre) = core.nearest(from, &way, is_rounded)?;
+        let radius = core.radius;
+        let outwards = if radius > 0.0 {
+            (from + share * way - centre).try_normalize(1e-3 * radius)?
+        } else {
+            // A cable that is pressed in by its radius has no distance to tell the direction.
+            let across = core.axis.cross(&way).normalize();
+            if across.dot(normal) > 0.0 { across } else { -across }
         };
-        let normal = (at(share) - core).try_normalize(1e-3 * radius)?;
-        (0.0..=1.0).contains(&share).then(|| NearestOnRound { share, foot: core + radius * normal, normal })
+        let stays = radius > 0.0 || self.ridge(&outwards) == Some(ridge);
+        ((0.0..=1.0).contains(&share) && stays).then(|| NearestOnRidge {
+            share,
+            foot: centre + radius * outwards,
+            normal: outwards,
+        })
+    }
+}
+
+impl Core {
+    /// The share of its `way` at which a cable from `from` is nearest, and the place of the core; none beyond its ends, unless
+    /// they are `rounded` off.
+    fn nearest(&self, from: &Vector3<f64>, way: &Vector3<f64>, rounded: bool) -> Option<(f64, Vector3<f64>)> {
+        let Core { centre, axis, half_length, .. } = self;
+        let to_point = |point: Vector3<f64>| ((point - from).dot(way) / way.norm_squared(), point);
+        if *half_length == 0.0 {
+            return Some(to_point(*centre));
+        }
+        let (along, begin) = (way.dot(axis), from - centre);
+        let across = way.norm_squared() - along * along;
+        if across < ALONG_AXIS * ALONG_AXIS * way.norm_squared() {
+            return None;
+        }
+        let (on_way, on_axis) = (begin.dot(way), begin.dot(axis));
+        let height = (way.norm_squared() * on_axis - along * on_way) / across;
+        if height.abs() <= *half_length {
+            Some(((along * on_axis - on_way) / across, centre + height * axis))
+        } else {
+            rounded.then(|| to_point(centre + height.signum() * half_length * axis))
+        }
     }
 }
 
@@ -92,9 +165,12 @@ mod tests {
                 let ends = [aside - 0.2 * along, aside + 0.25 * along]
                     .map(|place| part.pose * nalgebra::Point3::from(place));
                 let [from, to] = ends.map(|point| point.coords);
-                let Some(nearest) = part.nearest_on_round(&from, &to) else { continue };
+                let Some(nearest) = part.nearest_on(Ridge::Round, &Vector3::zeros(), &from, &to) else {
+                    continue;
+                };
                 let place = from + nearest.share * (to - from);
-                assert!(part.depth(&nearest.foot).abs() < 1e-9 && part.is_round(&nearest.normal));
+                let ridge = part.ridge(&nearest.normal);
+                assert!(part.depth(&nearest.foot).abs() < 1e-9 && ridge == Some(Ridge::Round));
                 let distance = nearest.normal.dot(&(place - nearest.foot));
                 // From within, a flat end may be nearer.
                 if distance < 0.0 {
@@ -108,5 +184,37 @@ mod tests {
             }
             assert!(found > 10, "{found}");
         }
+    }
+
+    /// A cable that lies across an edge and turns about its normal and along it is held where it crosses the edge.
+    #[test]
+    fn a_cable_over_an_edge_is_nearest_where_it_crosses_it() {
+        let part = part(Primitive::Cuboid { half: [0.05, 0.1, 0.03] });
+        let world = |local: Vector3<f64>| (part.pose * nalgebra::Point3::from(local)).coords;
+        let mut found = 0;
+        for turn in 0..40 {
+            let angle = 0.1 * f64::from(turn);
+            // Over the edge along y at x = 0.05, z = 0.03, by a millimetre; more or less tilted to either face.
+            let crossing = vector![0.0507, 0.02 * angle.sin(), 0.0307];
+            let along = vector![1.0, 0.5 * angle.cos(), -1.0 - 0.3 * angle.sin()];
+            let ends = [crossing - 0.1 * along, crossing + 0.2 * along].map(world);
+            let about = part.pose.rotation * vector![0.6, 0.0, 0.8];
+            assert_eq!(part.ridge(&about), Some(Ridge::Edge([1, 0, 1])));
+            let Some(nearest) = part.nearest_on(Ridge::Edge([1, 0, 1]), &about, &ends[0], &ends[1]) else {
+                continue;
+            };
+            found += 1;
+            assert!(part.depth(&nearest.foot).abs() < 1e-12);
+            let place = ends[0] + nearest.share * (ends[1] - ends[0]);
+            let distance = nearest.normal.dot(&(place - nearest.foot));
+            assert!(distance > 0.0 && ((place - nearest.foot).norm() - distance).abs() < 1e-12);
+            let others =
+                (0..=1000).map(|i| part.depth(&(ends[0] + 1e-3 * f64::from(i) * (ends[1] - ends[0]))));
+            let deepest = others.fold(f64::NEG_INFINITY, f64::max);
+            assert!(-deepest >= distance - 1e-9, "{} is nearer than {distance}", -deepest);
+        }
+        assert!(found > 20, "{found}");
+        assert_eq!(part.ridge(&(part.pose.rotation * Vector3::x())), None);
+        assert_eq!(part.ridge(&(part.pose.rotation * vector![0.6, 0.6, 0.5])), None);
     }
 }

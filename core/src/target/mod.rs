@@ -5,7 +5,7 @@
 //! axes of the shape's own frame; long bodies lie along y.
 
 pub mod crossing;
-mod curved;
+pub mod curved;
 pub mod files;
 pub mod import;
 mod mass;
