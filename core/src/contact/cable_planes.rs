@@ -93,7 +93,7 @@ impl CablePlanes {
             if nearest(found, &old.record).is_none()
                 // Of what is round, and of an edge, one place of a cable is nearest.
                 && !self.is_followed(old, found)
-                && let Some(moved) = moved(old, knots, body)
+                && let Some(moved) = self.moved(old, knots, body)
                 && self.is_real(&moved, knots, body, margin)
             {
                 let mut plane = self.follow(moved, Some(old), knots, body);
@@ -166,20 +166,39 @@ impl CablePlanes {
     /// Whether a plane is still the surface of the target near the cable: within half the `margin` of its
     /// foot, and as far from the place as the part is. A cable that slid off an edge has the part beside it,
     /// and the plane above. But one that lies straight below a face has the next face beside it where it comes out: there it
-    /// counts how deep the cable is anywhere, or it would be held at one end and at the other in turn, and sink.
+    /// counts where the cable is deepest, or it would be held at one end and at the other in turn, and sink.
     fn is_real(&self, plane: &ContactPlane, knots: &Knots, body: &Body, margin: f64) -> bool {
         let place = plane.record.at_place(&knots.position);
         let in_body = body.to_body(&place);
         if (in_body - plane.foot).norm() >= 0.5 * margin {
             return false;
         }
-        let (part, gap) = (&self.solids[plane.record.part], plane.gap(&(place - body.position), body));
-        let is_so_deep = |depth: f64| -depth - plane.radius - gap < plane.radius;
+        let part = &self.solids[plane.record.part];
+        let gap = |place: &Vector3<f64>| plane.gap(&(place - body.position), body);
+        let is_so_deep = |depth: f64, gap: f64| -depth - plane.radius - gap < plane.radius;
         let below_a_face = || {
             let [from, to] = ends(plane, |knot| knots.position[knot], body);
-            lies_along(plane, &[from, to]) && is_so_deep(part.deepest_between(&from, &to))
+            let (share, depth) = part.deepest_at(&from, &to);
+            let along = Along { share, ..plane.along() };
+            let deepest = Contact { along: Some(along), ..plane.record }.at_place(&knots.position);
+            lies_along(plane, &[from, to]) && is_so_deep(depth, gap(&deepest))
         };
-        is_so_deep(part.depth(&in_body)) || self.slides && below_a_face()
+        is_so_deep(part.depth(&in_body), gap(&place)) || self.slides && below_a_face()
+    }
+
+    /// The same plane for where the cable is nearest to its foot now, or, where it lies below a face, for the place of it there that
+    /// is nearest; none where that is a knot.
+    fn moved(&self, plane: &ContactPlane, knots: &Knots, body: &Body) -> Option<ContactPlane> {
+        let along = plane.along();
+        let [from, to] = ends(plane, |knot| knots.position[knot], body);
+        let across = to - from;
+        let share = across.dot(&(plane.foot - from)) / across.norm_squared();
+        let over = self.solids[plane.record.part].over_face(&plane.normal, &from, &to);
+        let share = match over.filter(|_| self.slides) {
+            Some([first, last]) => share.clamp(first, last),
+            None => share,
+        };
+        (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
     }
 
     /// A plane that takes the place of an `old` one: no force answers what it finds deeper.
@@ -213,15 +232,6 @@ fn ends(plane: &ContactPlane, position: impl Fn(usize) -> Vector3<f64>, body: &B
 fn lies_along(plane: &ContactPlane, [from, to]: &[Vector3<f64>; 2]) -> bool {
     let across = to - from;
     plane.normal.dot(&across).abs() < ALONG * across.norm()
-}
-
-/// The same plane for where the cable is nearest to its foot now; none where that is a knot.
-fn moved(plane: &ContactPlane, knots: &Knots, body: &Body) -> Option<ContactPlane> {
-    let (from, along) = (knots.position[plane.record.knot], plane.along());
-    let across = knots.position[along.end] - from;
-    let foot = body.position + body.attitude * plane.foot;
-    let share = across.dot(&(foot - from)) / across.norm_squared();
-    (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
 }
 
 /// Those of `planes`, in the order of cables, that are of the cable of `contact`.

@@ -17,6 +17,9 @@ const ALONG_AXIS: f64 = 0.05;
 const ACROSS: f64 = 1e-5;
 const OF_EDGE: f64 = 1e-2;
 
+/// Sine of the angle up to which a normal is that of a face of a box, for a cable below it [-].
+const OF_FACE: f64 = 0.05;
+
 /// What of a part has one place that is nearest to a straight cable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ridge {
@@ -83,6 +86,33 @@ impl ConvexPart {
             }
             _ => None,
         }
+    }
+
+    /// From which share to which of its way a straight cable from one end to the other is above or below that face of a
+    /// box that has about this `normal`; none where it is beside it, and of what is no box.
+    pub fn over_face(
+        &self,
+        normal: &Vector3<f64>,
+        from: &Vector3<f64>,
+        to: &Vector3<f64>,
+    ) -> Option<[f64; 2]> {
+        let Primitive::Cuboid { half } = self.primitive else { return None };
+        let local = self.pose.rotation.inverse_transform_vector(normal);
+        let face = local.iamax();
+        let [from, to] = [from, to].map(|end| self.to_part(end));
+        let [mut first, mut last] = [0.0_f64, 1.0_f64];
+        for side in (0..3).filter(|side| *side != face) {
+            let way = to[side] - from[side];
+            let [one, other] = [-half[side], half[side]].map(|end| (end - from[side]) / way);
+            if way != 0.0 {
+                first = first.max(one.min(other));
+                last = last.min(one.max(other));
+            }
+            if local[side].abs() > OF_FACE || way == 0.0 && from[side].abs() > half[side] {
+                return None;
+            }
+        }
+        (first <= last).then_some([first, last])
     }
 
     /// The nearest places of a `ridge` of it, touched with about this `normal`, and a straight cable from one end to the
@@ -216,5 +246,24 @@ mod tests {
         assert!(found > 20, "{found}");
         assert_eq!(part.ridge(&(part.pose.rotation * Vector3::x())), None);
         assert_eq!(part.ridge(&(part.pose.rotation * vector![0.6, 0.6, 0.5])), None);
+    }
+
+    /// A cable that comes out on two sides of a face, one that ends below it, one beside it.
+    #[test]
+    fn a_cable_below_a_face_is_there_between_its_edges() {
+        let part = part(Primitive::Cuboid { half: [0.05, 0.1, 0.03] });
+        let [normal, tilted] =
+            [vector![0.0, 0.0, 1.0], vector![0.0, 0.1, 1.0]].map(|n| part.pose.rotation * n);
+        let over = |normal: &Vector3<f64>, from: Vector3<f64>, to: Vector3<f64>| {
+            let [from, to] = [from, to].map(|local| (part.pose * nalgebra::Point3::from(local)).coords);
+            part.over_face(normal, &from, &to)
+        };
+        let [first, last] = over(&normal, vector![-0.1, 0.0, 0.02], vector![0.1, 0.2, 0.02]).unwrap();
+        assert!((first - 0.25).abs() < 1e-12 && (last - 0.5).abs() < 1e-12, "{first} {last}");
+        let [first, last] = over(&normal, vector![-0.1, 0.0, 0.02], vector![0.0, 0.0, 0.02]).unwrap();
+        assert!((first - 0.5).abs() < 1e-12 && (last - 1.0).abs() < 1e-12, "{first} {last}");
+        assert_eq!(over(&normal, vector![-0.1, 0.11, 0.02], vector![0.1, 0.11, 0.02]), None);
+        assert_eq!(over(&normal, vector![-0.1, 0.0, 0.02], vector![0.1, 0.5, 0.02]), None);
+        assert_eq!(over(&tilted, vector![-0.1, 0.0, 0.02], vector![0.0, 0.0, 0.02]), None);
     }
 }

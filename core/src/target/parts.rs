@@ -287,9 +287,15 @@ impl ConvexPart {
 
     /// How deep the way from one point of the body frame to another comes inside [m].
     pub fn deepest_between(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+        self.deepest_at(from, to).1
+    }
+
+    /// At which share of the way from one point of the body frame to another it is deepest inside, and how deep [m].
+    pub fn deepest_at(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
         let [from, to] = [from, to].map(|point| self.to_part(point));
         let depth = |share: f64| self.primitive.depth(&(from + share * (to - from)));
-        depth(deepest(depth))
+        let share = deepest(depth);
+        (share, depth(share))
     }
 
     /// Whether a point of the body frame is surely farther than `distance` outside [m].
@@ -333,7 +339,7 @@ impl ConvexPart {
         self.pose.transform_point(&(*point).into()).coords
     }
 
-    fn to_part(&self, point: &Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn to_part(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.pose.inverse_transform_point(&(*point).into()).coords
     }
 }
