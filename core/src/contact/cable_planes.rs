@@ -40,13 +40,9 @@ pub struct CablePlanes {
     solids: Vec<ConvexPart>,
     /// Of each cable [m].
     radius: Vec<f64>,
-    /// Whether overlaps are answered by a force.
+    /// Whether overlaps are answered by a force. Then places that are kept do not slide along faces, nor planes along edges: two
+    /// penalty forces on one cable are stiffer than the step was chosen for, 2.5e-3 for 1e-3 in `stress pressed-whole`.
     by_force: bool,
-    /// Whether places that are kept slide along faces. Where cables of the engine act in turn with contacts, two places that
-    /// push the same cable out make more than one does: 3.2e-4 in the middle and 1.4e-3 at most of 8 members of the default run,
-    /// for 1.9e-4 and 2.7e-4; though less where a panel is thin: 1.3e-4 and 9e-4 for 6.8e-4 and 6.5e-3, of 16. Two penalty
-    /// forces on one cable are stiffer than the step was chosen for: 2.5e-3 for 1e-3 in `stress pressed-whole`.
-    slides: bool,
     /// Contacts and planes of a detection; kept for their memory.
     found: Vec<Contact>,
     before: Vec<ContactPlane>,
@@ -55,21 +51,13 @@ pub struct CablePlanes {
 }
 
 impl CablePlanes {
-    /// For the cables of `net` around `target`, found in the engine's `precision`; `in_turn`: the engine moves them between two
-    /// answers.
-    pub fn new(
-        net: &Net,
-        target: &Target,
-        precision: Precision,
-        by_force: bool,
-        in_turn: bool,
-    ) -> CablePlanes {
+    /// For the cables of `net` around `target`, found in the engine's `precision`.
+    pub fn new(net: &Net, target: &Target, precision: Precision, by_force: bool) -> CablePlanes {
         CablePlanes {
             detector: CableDetector::new(net, target, precision),
             solids: target.parts.clone(),
             radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             by_force,
-            slides: !in_turn && !by_force,
             found: Vec::new(),
             before: Vec::new(),
             n_found: 0,
@@ -106,7 +94,7 @@ impl CablePlanes {
     /// Moves the foot of a plane below its place, where the cable lies along a flat face and is still on it: as it slides over
     /// the face, it takes its places along.
     fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
-        if !self.slides || !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
+        if self.by_force || !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
             return;
         }
         let place = plane.record.at_place(&knots.position);
@@ -125,12 +113,9 @@ impl CablePlanes {
         !self.by_force && ridge.is_some() && found.iter().any(same)
     }
 
-    /// The ridge that a plane follows: edges only where planes slide. With the engine's cables between two answers a cable that is
-    /// held where it crosses an edge is pressed in less (1.6 for 10 mm in `stress pressed-whole-friction-1`), but of 64 members of
-    /// `strands-and-cables` one made 7e-3 of the energy, for 2e-4 at most.
+    /// The ridge that a plane follows.
     fn ridge(&self, plane: &ContactPlane) -> Option<Ridge> {
-        let ridge = self.solids[plane.record.part].ridge(&plane.normal);
-        ridge.filter(|ridge| self.slides || *ridge == Ridge::Round)
+        self.solids[plane.record.part].ridge(&plane.normal)
     }
 
     /// Within a step: takes planes on round parts and on edges along to where their cables are nearest now. A force would have
@@ -183,7 +168,7 @@ impl CablePlanes {
             let deepest = Contact { along: Some(along), ..plane.record }.at_place(&knots.position);
             lies_along(plane, &[from, to]) && is_so_deep(depth, gap(&deepest))
         };
-        is_so_deep(part.depth(&in_body), gap(&place)) || self.slides && below_a_face()
+        is_so_deep(part.depth(&in_body), gap(&place)) || !self.by_force && below_a_face()
     }
 
     /// The same plane for where the cable is nearest to its foot now, or, where it lies below a face, for the place of it there that
@@ -194,7 +179,7 @@ impl CablePlanes {
         let across = to - from;
         let share = across.dot(&(plane.foot - from)) / across.norm_squared();
         let over = self.solids[plane.record.part].over_face(&plane.normal, &from, &to);
-        let share = match over.filter(|_| self.slides) {
+        let share = match over.filter(|_| !self.by_force) {
             Some([first, last]) => share.clamp(first, last),
             None => share,
         };

@@ -303,7 +303,7 @@ mod tests {
                 let mut body = Body { rate: Vector3::new(0.5, -0.3, 0.1), ..Body::at_rest() };
                 for row in &mut rows {
                     row.speed = speed(row, &knots, &inverse_mass, &body);
-                    row.wanted_speed = parting.wanted_speed(0.0, [row.speed; 2], row.radius, 1e-3);
+                    row.wanted_speed = parting.wanted_speed(0.0, [row.speed; 2], row.radius, 0.0, 1e-3);
                     row.softness = 0.0;
                 }
                 let before = kinetic(&knots, &inverse_mass, &body, 3.5, &inertia);

@@ -88,13 +88,13 @@ impl ContactSettings<'_> {
             }
         };
         SurfaceContacts::new(
-            Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force, in_turn)),
+            Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),
             target,
             self.margin,
             ContactSolver { normal, friction: self.friction, coupled: true },
             Parting {
                 restitution: if by_force { 0.0 } else { solver.restitution },
-                push_out: if in_turn { PushOut::OF_CABLES_IN_TURN } else { PushOut::OF_CABLES },
+                push_out: PushOut::of_cables(in_turn, net.launch_energy()),
                 in_turn,
                 comes_back: false,
             },

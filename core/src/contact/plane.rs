@@ -149,7 +149,7 @@ impl ContactPlane {
         place: &PlaceAtPlane,
         net: &impl NetMotion,
         body: &Body,
-        step: f64,
+        [last, step]: [f64; 2],
         parting: &Parting,
     ) -> ContactRow {
         let PlaceAtPlane { normal, arm, velocity, speed, .. } = *place;
@@ -171,7 +171,13 @@ impl ContactPlane {
             gap,
             velocity,
             speed,
-            wanted_speed: parting.wanted_speed(gap, [speed_before, speed], self.radius, step),
+            wanted_speed: parting.wanted_speed(
+                gap,
+                [speed_before, speed],
+                self.radius,
+                self.impulse / last,
+                step,
+            ),
             bounces: parting.bounces(gap, [speed_before, speed], self.radius),
             softness: 0.0,
             impulse: self.impulse,

@@ -225,34 +225,71 @@ impl ContactRow {
     }
 }
 
+/// Power with which an overlap of explicit cables is undone at most, for each radius that it is deep, over the launch energy [1/s]. With
+/// 2e-3 two cables of the free stage are left 8 to 13 mm inside, for none; a thin net around a panel makes at most
+/// 1.2e-4, 3.0e-3 so, and 5.4e-3 with any power.
+const POWER: f64 = 5e-2;
+
+/// The same where the engine moves the cables. Of 40 nets drawn at random around boxes, four members each, so many made more than 1e-3:
+/// 1 with 2e-3, 5 with 5e-3, 7 with 1e-2, 10 with any power; they come no deeper in.
+const POWER_IN_TURN: f64 = 2e-3;
+
 /// What an overlap at the start of a step is undone by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PushOut {
     /// Within the step, at so many metres a second at most.
     Speed(f64),
-    /// Within so many seconds, or a step where that is longer, and as if it were no deeper than the radius: what
-    /// went through would be shot off.
-    Time(f64),
+    /// Bit by bit: what is drawn tight would be worked against.
+    Gently {
+        /// Within so many seconds, or a step where that is longer, and as if it were no deeper than the radius: what went
+        /// through would be shot off.
+        time: f64,
+        /// With so much power at most, for each radius that it is deep [W].
+        power: f64,
+    },
 }
 
 impl PushOut {
-    /// That of cables on the target and of strands on each other: within 5 ms. What pushes out works against cables that are
-    /// drawn tight. Within 1 ms the speed of that, half a metre a second, stayed with a place beside a bullet: 2 % of the
-    /// Cubesat net's launch energy at once; strands made more than 1e-3 of it in 3 of 64 members of `stress
-    /// strands-bounce` without restitution, 1.3e-2 at most, for 0 and 4e-4.
-    pub const OF_CABLES: PushOut = PushOut::Time(5e-3);
-
-    /// The same where the engine moves the cables and presses places in again. A net of 6 x 6 meshes at 5 m/s around a box of
-    /// 3.5 kg (`stress pressed-whole`) made at most 6e-3, 2e-3 and 2e-4 of the energy within 5, 10 and 20 ms, in 64 members;
-    /// but a cable cuts a corner of the default run's Cubesat for 7 to 12, 7 to 20 and 22 to 39 of 801 frames, and comes 1.8, 4
-    /// and 6 mm in. Strands with full restitution made more than 1e-3 in 5, 1 and 0 of 64 members within 1, 5 and 10 ms.
-    pub const OF_CABLES_IN_TURN: PushOut = PushOut::Time(1e-2);
+    /// That of cables on the target and of strands on each other, in a net that is shot with a `launch_energy` [J]: within 5 ms.
+    /// What pushes out works against cables that are drawn tight. Within 1 ms the speed of that, half a metre a second, stayed with a
+    /// place beside a bullet: 2 % of the Cubesat net's launch energy at once; strands made more than 1e-3 of it in 3 of 64 members of
+    /// `stress strands-bounce` without restitution, 1.3e-2 at most, for 0 and 4e-4.
+    ///
+    /// Where it is `in_turn` with the engine, which moves the cables and presses places in again, within 10 ms. A net of 6 x 6 meshes
+    /// at 5 m/s around a box of 3.5 kg (`stress pressed-whole`) made at most 6e-3, 2e-3 and 2e-4 of the energy within 5, 10 and 20 ms, in
+    /// 64 members; but a cable cuts a corner of the default run's Cubesat for 7 to 12, 7 to 20 and 22 to 39 of 801 frames, and comes
+    /// 1.8, 4 and 6 mm in. Strands with full restitution made more than 1e-3 in 5, 1 and 0 of 64 members within 1, 5 and 10 ms.
+    ///
+    /// And with a power that is a share of the launch energy a second, [`POWER`], or that of [`POWER_IN_TURN`]. Cables of 60 N on the edges
+    /// of a panel, 1 to 2 mm in, were pushed out with 6 W each.
+    pub fn of_cables(in_turn: bool, launch_energy: f64) -> PushOut {
+        let (time, share) = if in_turn { (1e-2, POWER_IN_TURN) } else { (5e-3, POWER) };
+        let power = if launch_energy > 0.0 { share * launch_energy } else { f64::INFINITY };
+        PushOut::Gently { time, power }
+    }
 
     /// Share of an overlap that is undone within a step of `step` seconds, where it takes a time [-].
     pub fn share_within(&self, step: f64) -> f64 {
         match self {
             PushOut::Speed(_) => 1.0,
-            PushOut::Time(time) => step / time.max(step),
+            PushOut::Gently { time, .. } => step / time.max(step),
+        }
+    }
+
+    /// Speed at which a `depth` [m] is undone, of what has this `radius` [m] and was pressed in by a `force` [N] in the step
+    /// before, of `step` seconds [m/s].
+    fn speed(&self, depth: f64, radius: f64, force: f64, step: f64) -> f64 {
+        match *self {
+            PushOut::Speed(most) => (depth / step).min(most),
+            PushOut::Gently { time, power } => {
+                let gently = depth.min(radius) / time.max(step);
+                // In this order nothing over nothing is no bound.
+                if force * gently * radius > power * depth {
+                    power * depth / (force * radius)
+                } else {
+                    gently
+                }
+            }
         }
     }
 }
@@ -289,19 +326,14 @@ impl Parting {
     /// answer: off the first alone strands made 0.15 of the launch energy. And what is deeper in than its radius was not
     /// hit now: a strand wedged between two others bounced between them, and made 0.1. (Explicit cables keep
     /// energy better by Moreau's rule alone: 1.9e-4 at most in 8 runs with e = 1, for 2.4e-3.)
-    pub fn wanted_speed(&self, gap: f64, speeds: [f64; 2], radius: f64, step: f64) -> f64 {
+    ///
+    /// `force`: what it was pressed in by in the step before, as far as that is known [N].
+    pub fn wanted_speed(&self, gap: f64, speeds: [f64; 2], radius: f64, force: f64, step: f64) -> f64 {
         if self.bounces(gap, speeds, radius) {
             return -self.restitution * self.hit(speeds);
         }
         let parting = if self.comes_back { self.restitution * speeds[0].max(0.0) } else { 0.0 };
-        let closing = if gap >= 0.0 {
-            gap / step
-        } else {
-            match self.push_out {
-                PushOut::Speed(most) => -(-gap / step).min(most),
-                PushOut::Time(time) => -(-gap).min(radius) / time.max(step),
-            }
-        };
+        let closing = if gap >= 0.0 { gap / step } else { -self.push_out.speed(-gap, radius, force, step) };
         -closing - parting
     }
 
@@ -402,7 +434,7 @@ mod tests {
             let before = speed;
             speed -= h;
             if gap + h * speed < 0.0 {
-                speed = parting.wanted_speed(gap, [before, speed], 1e-3, h);
+                speed = parting.wanted_speed(gap, [before, speed], 1e-3, 0.0, h);
             }
             gap += h * speed;
             highest = highest.max(gap);
@@ -414,19 +446,42 @@ mod tests {
     fn what_is_wanted_follows_gap_and_speed() {
         let slow =
             Parting { restitution: 0.0, push_out: PushOut::Speed(1.0), in_turn: false, comes_back: false };
-        assert_eq!(slow.wanted_speed(1e-3, [-2.0; 2], 1e-3, 1e-2), -0.1, "closes at the end of the step");
-        assert_eq!(slow.wanted_speed(-1e-3, [-2.0; 2], 1e-3, 1e-2), 0.1);
-        assert_eq!(slow.wanted_speed(-1.0, [-2.0; 2], 1e-3, 1e-2), 1.0, "and is not shot out");
-        let gentle = Parting { push_out: PushOut::Time(5e-3), ..slow };
-        assert_eq!(gentle.wanted_speed(-1.0, [-2.0; 2], 1e-3, 1e-4), 0.2);
-        assert_eq!(gentle.wanted_speed(-1.0, [-2.0; 2], 1e-3, 1e-2), 0.1, "no shorter than a step");
+        assert_eq!(
+            slow.wanted_speed(1e-3, [-2.0; 2], 1e-3, 0.0, 1e-2),
+            -0.1,
+            "closes at the end of the step"
+        );
+        assert_eq!(slow.wanted_speed(-1e-3, [-2.0; 2], 1e-3, 0.0, 1e-2), 0.1);
+        assert_eq!(slow.wanted_speed(-1.0, [-2.0; 2], 1e-3, 0.0, 1e-2), 1.0, "and is not shot out");
+        let gentle = Parting { push_out: PushOut::Gently { time: 5e-3, power: 0.01 }, ..slow };
+        assert_eq!(gentle.wanted_speed(-1.0, [-2.0; 2], 1e-3, 0.0, 1e-4), 0.2);
+        assert_eq!(gentle.wanted_speed(-1.0, [-2.0; 2], 1e-3, 0.0, 1e-2), 0.1, "no shorter than a step");
+        // 0.01 W against 1 N, and three times that where it is three radii deep.
+        assert_eq!(gentle.wanted_speed(-1e-3, [-2.0; 2], 1e-3, 1.0, 1e-4), 0.01);
+        assert_eq!(gentle.wanted_speed(-3e-3, [-2.0; 2], 1e-3, 1.0, 1e-4), 0.03);
         let bouncing = Parting { restitution: 0.5, ..slow };
-        assert_eq!(bouncing.wanted_speed(1e-3, [-2.0, -3.0], 1e-3, 1e-2), 1.0, "what forces add does not");
+        assert_eq!(
+            bouncing.wanted_speed(1e-3, [-2.0, -3.0], 1e-3, 0.0, 1e-2),
+            1.0,
+            "what forces add does not"
+        );
         let in_turn = Parting { in_turn: true, ..bouncing };
-        assert_eq!(in_turn.wanted_speed(1e-3, [-2.0, -1.0], 1e-3, 1e-2), 0.5, "nor what a cable took");
-        assert_eq!(in_turn.wanted_speed(-2e-3, [-2.0; 2], 1e-3, 1e-2), 0.2, "what is through is not hit");
-        assert_eq!(bouncing.wanted_speed(1e-3, [2.0; 2], 1e-3, 1e-2), -0.1, "what parts does not bounce");
+        assert_eq!(in_turn.wanted_speed(1e-3, [-2.0, -1.0], 1e-3, 0.0, 1e-2), 0.5, "nor what a cable took");
+        assert_eq!(
+            in_turn.wanted_speed(-2e-3, [-2.0; 2], 1e-3, 0.0, 1e-2),
+            0.2,
+            "what is through is not hit"
+        );
+        assert_eq!(
+            bouncing.wanted_speed(1e-3, [2.0; 2], 1e-3, 0.0, 1e-2),
+            -0.1,
+            "what parts does not bounce"
+        );
         let comes_back = Parting { comes_back: true, ..bouncing };
-        assert_eq!(comes_back.wanted_speed(1e-3, [2.0; 2], 1e-3, 1e-2), -1.1, "but may come back, slower");
+        assert_eq!(
+            comes_back.wanted_speed(1e-3, [2.0; 2], 1e-3, 0.0, 1e-2),
+            -1.1,
+            "but may come back, slower"
+        );
     }
 }

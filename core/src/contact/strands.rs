@@ -210,7 +210,7 @@ impl StrandContacts {
             }
         }
         let in_turn = lookahead.is_some();
-        let push_out = if in_turn { PushOut::OF_CABLES_IN_TURN } else { PushOut::OF_CABLES };
+        let push_out = PushOut::of_cables(in_turn, net.launch_energy());
         // In turn, a step is ten times as long, and the speed that of a cable's jerk.
         let parting = Parting { restitution, push_out, in_turn, comes_back: !in_turn };
         let normal = NormalSolver::GaussSeidel { lookahead };
@@ -333,7 +333,7 @@ impl StrandContacts {
             gap,
             velocity,
             speed,
-            wanted_speed: self.parting.wanted_speed(gap, [speed_before, speed], radius, step),
+            wanted_speed: self.parting.wanted_speed(gap, [speed_before, speed], radius, 0.0, step),
             bounces: self.parting.bounces(gap, [speed_before, speed], radius),
             softness: 0.0,
             // From nothing: in a wad the impulses of the step before are no guess, and passes that end

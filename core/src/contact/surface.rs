@@ -194,12 +194,12 @@ impl SurfaceContacts {
             return;
         }
         // What a longer step took is too much of a guess for a shorter, and too few passes take it back.
-        let share = (step / self.step).min(1.0);
-        self.step = step;
+        let last = std::mem::replace(&mut self.step, step);
+        let share = (step / last).min(1.0);
         if let Feature::Cables(cables) = &self.feature {
             cables.follow_ridges(&mut self.planes, net, body);
         }
-        self.find_rows(net, body, step);
+        self.find_rows(net, body, [last, step]);
         for row in &mut self.rows {
             row.impulse *= share;
         }
@@ -235,8 +235,8 @@ impl SurfaceContacts {
         matches!(self.solver.normal, NormalSolver::Penalty { .. })
     }
 
-    /// Rows of the planes that may be crossed within the step.
-    fn find_rows(&mut self, net: &impl NetMotion, body: &Body, step: f64) {
+    /// Rows of the planes that may be crossed within the second of two (sub-)steps.
+    fn find_rows(&mut self, net: &impl NetMotion, body: &Body, [last, step]: [f64; 2]) {
         let turn = body.attitude.to_rotation_matrix();
         // A force would be stiffer than the step was chosen for.
         let holds_both = !self.is_force();
@@ -247,7 +247,7 @@ impl SurfaceContacts {
         let depth = |row: &ContactRow| -(row.gap + step * row.speed);
         for (index, plane) in self.planes.iter_mut().enumerate() {
             let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
-            let row = plane.row(&place, net, body, step, &self.rules.parting);
+            let row = plane.row(&place, net, body, [last, step], &self.rules.parting);
             let Some(last) = rows.last().filter(|last| row.is_of_the_knot_of(last)) else {
                 rows.push(row);
                 planes_of.push(index);

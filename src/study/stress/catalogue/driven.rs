@@ -85,7 +85,8 @@ fn bounces() -> [StressCase; 5] {
         )
         // Measured 1.0e-2 of the energy at hand; 16 members with joints 8.5e-5 at most, and 0.3 to 1.8 radii.
         .limited("joints+penalty", SOFT, &["solver.penalty.stiffness=1e9"], &BY_CHANCE)
-        .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &PRESSED),
+        // Of 48 members at 1e8 N/m^1.5 some make up to 8.1e-3, at 1e9 up to 2.9e-2; half of them nothing.
+        .limited("explicit+penalty", SOFT, &[], &PRESSED),
         StressCase::new(
             Theme::Restitution,
             "pressed-whole-friction-1",
