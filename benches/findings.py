@@ -94,6 +94,35 @@ def row(program, folder, scene, pair, contact):
     return "| " + " | ".join(cells) + " |"
 
 
+def thread_of(scene):
+    """How the mouth is closed in a scene, by what its name ends in."""
+    ending = scene.split("-")[-1]
+    if ending == "free" and scene.count("-") > 1:
+        return "from bullet to bullet"
+    return "along the edges" if ending in ("tube", "cinch", "interlaced") else "none"
+
+
+def sums(text):
+    """The rows of tables in `text`, summed up by target, pair, contact and thread, as a table."""
+    found = {}
+    for line in text.splitlines():
+        cells = [cell.strip(" `") for cell in line.strip("|").split("|")]
+        if len(cells) != 11 or cells[0].split("-")[0] not in FAMILIES:
+            continue
+        scene, _, pair, contact, first, last, _, settled, _, _, created = cells
+        thread, target = thread_of(scene), scene.split("-")[0]
+        group = found.setdefault((list(FAMILIES).index(target), pair, list(CONTACTS).index(contact), thread), [0, 0, 0, 0, 0, 0.0])
+        numbers = [int(first.split()[0]), int(first.split()[2]), int(last.split()[0]), int(last.split()[2])]
+        group[:4] = [sum(pair) for pair in zip(group, numbers)]
+        group[4] += int(settled.split(":")[0]) if ":" in settled else 0
+        group[5] = max(group[5], float(created))
+    print("| target | pair | contact | thread | held at the source's time | held at the end | settled | energy created, at most |")
+    print("|---" * 8 + "|")
+    for (target, pair, contact, thread), (first, of_first, last, of_last, settled, created) in sorted(found.items()):
+        cells = [list(FAMILIES)[target], f"`{pair}`", list(CONTACTS)[contact], thread, f"{first} of {of_first}", f"{last} of {of_last}", str(settled)]
+        print("| " + " | ".join([*cells, f"{created:.0e}"]) + " |")
+
+
 def main():
     """Runs what is asked for, and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -102,7 +131,11 @@ def main():
     parser.add_argument("--pair", choices=["explicit+impulse", "joints+rapier"], action="append")
     parser.add_argument("--contact", choices=list(CONTACTS), action="append")
     parser.add_argument("--scene", default="", help="how the scenes' names begin")
+    parser.add_argument("--sum", type=Path, metavar="ROWS", help="sum up the rows of that file instead")
     asked = parser.parse_args()
+    if asked.sum:
+        sums(asked.sum.read_text())
+        return
     print("| scene | source | pair | contact | held at the source's time | held at the end | first lost, s | settled, at s "
           "| cables inside at the end | gather at the end | energy created, at most |")
     print("|---" * 11 + "|")

@@ -71,6 +71,8 @@ pub struct StrandContacts {
     near: Vec<StrandPair>,
     /// Rows of the pairs that act in this sub-step; kept for its memory.
     rows: Vec<ContactRow>,
+    /// Places of the pairs of the rows among the near ones.
+    pairs_of: Vec<usize>,
     /// Impulses within the step, a knot each [N s].
     impulses: Vec<Vector3<f64>>,
     /// Contacts with an impulse within the step, counted in every sub-step.
@@ -150,6 +152,8 @@ struct StrandPair {
     normal: Vector3<f64>,
     /// Whether it overlaps since the net was folded.
     folded_into: bool,
+    /// What it was pressed together with in the (sub-)step before [N].
+    force: f64,
 }
 
 /// A pair as it lies now.
@@ -203,7 +207,7 @@ impl StrandContacts {
                     ClosestPoints::of([one, other], &Vector3::zeros(), &folded);
                 let strands = [i as u32, j as u32];
                 if gap < 0.0 {
-                    near.push(StrandPair { strands, normal, folded_into: true });
+                    near.push(StrandPair { strands, normal, folded_into: true, force: 0.0 });
                 } else {
                     distant.push(DistantPair { due: gap, strands });
                 }
@@ -223,6 +227,7 @@ impl StrandContacts {
             due: Vec::new(),
             near,
             rows: Vec::new(),
+            pairs_of: Vec::new(),
             impulses: vec![Vector3::zeros(); net.n_knots()],
             n_acted: 0,
             deepest: 0.0,
@@ -242,7 +247,8 @@ impl StrandContacts {
         let mut nobody = Body::at_rest();
         let target = InverseInertia::default();
         self.solver.solve(&mut self.rows, net, &mut nobody, &target, step);
-        for row in &self.rows {
+        for (row, &pair) in self.rows.iter().zip(&self.pairs_of) {
+            self.near[pair].force = row.impulse / step;
             if row.impulse > 0.0 {
                 self.n_acted += 1;
                 for &(knot, weight) in row.weights.all() {
@@ -271,7 +277,7 @@ impl StrandContacts {
         });
         for DistantPair { strands, .. } in due.drain(..) {
             let normal = self.closest(strands, &Vector3::zeros(), knots).normal;
-            self.near.push(StrandPair { strands, normal, folded_into: false });
+            self.near.push(StrandPair { strands, normal, folded_into: false, force: 0.0 });
         }
         self.due = due;
     }
@@ -279,6 +285,7 @@ impl StrandContacts {
     /// Rows of the near pairs that would touch within the step; those farther than `near` [m] become distant.
     fn find_rows(&mut self, net: &MarkedKnots<'_>, step: f64, near: f64) {
         self.rows.clear();
+        self.pairs_of.clear();
         let mut kept = 0;
         for index in 0..self.near.len() {
             let mut pair = self.near[index];
@@ -292,8 +299,10 @@ impl StrandContacts {
             pair.folded_into &= place.gap < 0.0;
             if let Some(row) = self.row(&pair, &place, net, step) {
                 self.rows.push(row);
+                self.pairs_of.push(kept);
                 self.deepest = self.deepest.max(-place.gap);
             }
+            pair.force = 0.0;
             self.near[kept] = pair;
             kept += 1;
         }
@@ -333,7 +342,7 @@ impl StrandContacts {
             gap,
             velocity,
             speed,
-            wanted_speed: self.parting.wanted_speed(gap, [speed_before, speed], radius, 0.0, step),
+            wanted_speed: self.parting.wanted_speed(gap, [speed_before, speed], radius, pair.force, step),
             bounces: self.parting.bounces(gap, [speed_before, speed], radius),
             softness: 0.0,
             // From nothing: in a wad the impulses of the step before are no guess, and passes that end
