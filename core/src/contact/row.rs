@@ -262,7 +262,7 @@ impl PushOut {
     /// 64 members; but a cable cuts a corner of the default run's Cubesat for 7 to 12, 7 to 20 and 22 to 39 of 801 frames, and comes
     /// 1.8, 4 and 6 mm in. Strands with full restitution made more than 1e-3 in 5, 1 and 0 of 64 members within 1, 5 and 10 ms.
     ///
-    /// And with a power that is a share of the launch energy a second, [`POWER`], or that of [`POWER_IN_TURN`]. Cables of 60 N on the edges
+    /// And with a power that is a share of the launch energy a second, `POWER`, or that of `POWER_IN_TURN`. Cables of 60 N on the edges
     /// of a panel, 1 to 2 mm in, were pushed out with 6 W each.
     pub fn of_cables(in_turn: bool, launch_energy: f64) -> PushOut {
         let (time, share) = if in_turn { (1e-2, POWER_IN_TURN) } else { (5e-3, POWER) };
