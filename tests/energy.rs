@@ -310,7 +310,7 @@ fn a_knot_in_a_corner_is_held_by_both_faces() {
 /// the engine's.
 #[test]
 fn a_cable_below_a_face_is_held_at_both_edges() {
-    // Measured: 1.9e-4, 5.4e-3; 4.6e-4, 7.9e-4.
+    // Measured: 1.9e-4, 5.4e-3; 2.0e-4, 6.3e-4.
     for (cables, contact, bounds) in
         [("explicit", "impulse", [1.4e-3, 2e-2]), ("joints", "rapier", [2e-3, 5e-3])]
     {
