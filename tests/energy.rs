@@ -306,7 +306,7 @@ fn a_knot_in_a_corner_is_held_by_both_faces() {
 }
 
 /// Cables that lie below a face between two of its edges are held at both. One place was lost where it came to a knot, or was less deep
-/// than the other, and the cable sank, to be pushed out against 7 N and more: 6.7e-3, 3.9e-2 with explicit cables, 3.2e-3, 6.1e-3 with
+/// than the other, and the cable sank, to be pushed out against 7 N and more: 6.7e-3, 3.9e-2 with explicit cables, 2.5e-3, 2.8e-2 with
 /// the engine's.
 #[test]
 fn a_cable_below_a_face_is_held_at_both_edges() {
