@@ -110,15 +110,13 @@ def sums(text):
         if len(cells) != 11 or cells[0].split("-")[0] not in FAMILIES:
             continue
         scene, _, pair, contact, first, last, _, settled, _, _, created = cells
-        thread, target = thread_of(scene), scene.split("-")[0]
-        group = found.setdefault((list(FAMILIES).index(target), pair, list(CONTACTS).index(contact), thread), [0, 0, 0, 0, 0, 0.0])
-        numbers = [int(first.split()[0]), int(first.split()[2]), int(last.split()[0]), int(last.split()[2])]
-        group[:4] = [sum(pair) for pair in zip(group, numbers)]
-        group[4] += int(settled.split(":")[0]) if ":" in settled else 0
-        group[5] = max(group[5], float(created))
+        key = (list(FAMILIES).index(scene.split("-")[0]), pair, list(CONTACTS).index(contact), thread_of(scene))
+        of_row = [int(number) for cell in (first, last) for number in cell.split(" of ")] + [int(settled.split(":")[0]) if ":" in settled else 0]
+        counts, most = found.get(key, ([0] * 5, 0.0))
+        found[key] = ([one + other for one, other in zip(counts, of_row)], max(most, float(created)))
     print("| target | pair | contact | thread | held at the source's time | held at the end | settled | energy created, at most |")
     print("|---" * 8 + "|")
-    for (target, pair, contact, thread), (first, of_first, last, of_last, settled, created) in sorted(found.items()):
+    for (target, pair, contact, thread), ((first, of_first, last, of_last, settled), created) in sorted(found.items()):
         cells = [list(FAMILIES)[target], f"`{pair}`", list(CONTACTS)[contact], thread, f"{first} of {of_first}", f"{last} of {of_last}", str(settled)]
         print("| " + " | ".join([*cells, f"{created:.0e}"]) + " |")
 

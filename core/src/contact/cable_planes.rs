@@ -165,22 +165,23 @@ impl CablePlanes {
     /// and the plane above. But one that lies straight below a face has the next face beside it where it comes out: there it
     /// counts where the cable is deepest, or it would be held at one end and at the other in turn, and sink.
     fn is_real(&self, plane: &ContactPlane, knots: &Knots, body: &Body, margin: f64) -> bool {
-        let place = plane.record.at_place(&knots.position);
-        let in_body = body.to_body(&place);
+        let in_body = body.to_body(&plane.record.at_place(&knots.position));
         if (in_body - plane.foot).norm() >= 0.5 * margin {
             return false;
         }
         let part = &self.solids[plane.record.part];
-        let gap = |place: &Vector3<f64>| plane.gap(&(place - body.position), body);
-        let is_so_deep = |depth: f64, gap: f64| -depth - plane.radius - gap < plane.radius;
+        let is_so_deep = |depth: f64, place: &Vector3<f64>| {
+            let gap = plane.normal.dot(place) - plane.height;
+            -depth - plane.radius - gap < plane.radius
+        };
         let below_a_face = || {
             let [from, to] = ends(plane, |knot| knots.position[knot], body);
-            let (share, depth) = part.deepest_at(&from, &to);
-            let along = Along { share, ..plane.along() };
-            let deepest = Contact { along: Some(along), ..plane.record }.at_place(&knots.position);
-            lies_along(plane, &[from, to]) && is_so_deep(depth, gap(&deepest))
+            lies_along(plane, &[from, to]) && {
+                let (share, depth) = part.deepest_at(&from, &to);
+                is_so_deep(depth, &(from + share * (to - from)))
+            }
         };
-        is_so_deep(part.depth(&in_body), gap(&place)) || !self.by_force && below_a_face()
+        is_so_deep(part.depth(&in_body), &in_body) || !self.by_force && below_a_face()
     }
 
     /// The same plane for where the cable is nearest to its foot now, or, where it lies below a face, for the place of it there that
@@ -190,11 +191,9 @@ impl CablePlanes {
         let [from, to] = ends(plane, |knot| knots.position[knot], body);
         let across = to - from;
         let share = across.dot(&(plane.foot - from)) / across.norm_squared();
-        let over = self.solids[plane.record.part].over_face(&plane.normal, &from, &to);
-        let share = match over.filter(|_| !self.by_force) {
-            Some([first, last]) => share.clamp(first, last),
-            None => share,
-        };
+        let part = &self.solids[plane.record.part];
+        let over = if self.by_force { None } else { part.over_face(&plane.normal, &from, &to) };
+        let share = over.map_or(share, |[first, last]| share.clamp(first, last));
         (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
     }
 

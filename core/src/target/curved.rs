@@ -103,13 +103,13 @@ impl ConvexPart {
         let [mut first, mut last] = [0.0_f64, 1.0_f64];
         for side in (0..3).filter(|side| *side != face) {
             let way = to[side] - from[side];
-            let [one, other] = [-half[side], half[side]].map(|end| (end - from[side]) / way);
-            if way != 0.0 {
-                first = first.max(one.min(other));
-                last = last.min(one.max(other));
-            }
             if local[side].abs() > OF_FACE || way == 0.0 && from[side].abs() > half[side] {
                 return None;
+            }
+            if way != 0.0 {
+                let [one, other] = [-half[side], half[side]].map(|end| (end - from[side]) / way);
+                first = first.max(one.min(other));
+                last = last.min(one.max(other));
             }
         }
         (first <= last).then_some([first, last])
