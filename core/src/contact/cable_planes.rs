@@ -43,9 +43,6 @@ pub struct CablePlanes {
     /// Whether overlaps are answered by a force. Then places that are kept do not slide along faces, nor planes along edges: two
     /// penalty forces on one cable are stiffer than the step was chosen for, 2.5e-3 for 1e-3 in `stress pressed-whole`.
     by_force: bool,
-    /// Whether planes follow their cables along edges. Not where the engine moves these between two answers: of 64 members of
-    /// `strands-and-cables` one made 7e-3 of the energy, for 2e-4 at most, and a satellite with panels 0.1 in a single step.
-    edges: bool,
     /// Contacts and planes of a detection; kept for their memory.
     found: Vec<Contact>,
     before: Vec<ContactPlane>,
@@ -54,21 +51,13 @@ pub struct CablePlanes {
 }
 
 impl CablePlanes {
-    /// For the cables of `net` around `target`, found in the engine's `precision`; `in_turn`: the engine moves them between two
-    /// answers.
-    pub fn new(
-        net: &Net,
-        target: &Target,
-        precision: Precision,
-        by_force: bool,
-        in_turn: bool,
-    ) -> CablePlanes {
+    /// For the cables of `net` around `target`, found in the engine's `precision`.
+    pub fn new(net: &Net, target: &Target, precision: Precision, by_force: bool) -> CablePlanes {
         CablePlanes {
             detector: CableDetector::new(net, target, precision),
             solids: target.parts.clone(),
             radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             by_force,
-            edges: !in_turn,
             found: Vec::new(),
             before: Vec::new(),
             n_found: 0,
@@ -126,8 +115,7 @@ impl CablePlanes {
 
     /// The ridge that a plane follows.
     fn ridge(&self, plane: &ContactPlane) -> Option<Ridge> {
-        let ridge = self.solids[plane.record.part].ridge(&plane.normal);
-        ridge.filter(|ridge| self.edges || *ridge == Ridge::Round)
+        self.solids[plane.record.part].ridge(&plane.normal)
     }
 
     /// Within a step: takes planes on round parts and on edges along to where their cables are nearest now. A force would have

@@ -88,7 +88,7 @@ impl ContactSettings<'_> {
             }
         };
         SurfaceContacts::new(
-            Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force, in_turn)),
+            Feature::Cables(CablePlanes::new(net, target, solver.precision, by_force)),
             target,
             self.margin,
             ContactSolver { normal, friction: self.friction, coupled: true },

@@ -231,9 +231,9 @@ impl ContactRow {
 /// box, with friction, make 2.3e-3 and 3.1e-3, for 7.5e-3 and 8.8e-3.
 const POWER: f64 = 5e-2;
 
-/// The same where the engine moves the cables. Of 40 nets drawn at random around boxes, four members each, 12 made more than 1e-3 with any
-/// power (2.5e-2 at most), 3 so (5.4e-3). While planes followed edges, too, it was 10 with any power, 7 with 1e-2, 5 with 5e-3 and 1
-/// with 2e-3. One of 16 members of `stress strands-bounce` made 1.3e-2 with any power for strands, 2.0e-4 so.
+/// The same where the engine moves the cables. Of 40 nets drawn at random around boxes, four members each, 10 made more than 1e-3 with any
+/// power (2.5e-2 at most), 7 with 1e-2, 5 with 5e-3 and 1 with 2e-3. One of 16 members of `stress strands-bounce` made 1.3e-2 with
+/// any power for strands, 2.0e-4 so.
 const POWER_IN_TURN: f64 = 2e-3;
 
 /// What an overlap at the start of a step is undone by.

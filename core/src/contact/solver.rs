@@ -19,6 +19,7 @@ use super::friction::slowing_impulse;
 use super::gauss_seidel::{self, IterationLimits, Rubbing};
 use super::lookahead::Lookahead;
 use super::penalty::PenaltyForce;
+use super::plane::ContactPlane;
 use super::row::{ContactRow, NetMotion};
 use super::woodbury::Woodbury;
 use crate::friction::Law;
@@ -55,6 +56,12 @@ pub struct ContactSolver {
 }
 
 impl ContactSolver {
+    /// Whether the engine holds a knot against what a plane of its cable would do to it.
+    pub fn holds_against(&self, plane: &ContactPlane) -> bool {
+        let NormalSolver::GaussSeidel { lookahead: Some(lookahead) } = &self.normal else { return false };
+        lookahead.holds_against(&plane.record, &plane.normal)
+    }
+
     /// Solves for the impulses of `rows` within a (sub-)step of `step` seconds and applies them to `net` and
     /// `body`.
     pub fn solve(

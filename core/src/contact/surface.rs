@@ -246,6 +246,10 @@ impl SurfaceContacts {
         // At the end of the step, if nothing is done.
         let depth = |row: &ContactRow| -(row.gap + step * row.speed);
         for (index, plane) in self.planes.iter_mut().enumerate() {
+            if self.solver.holds_against(plane) {
+                plane.impulse = 0.0;
+                continue;
+            }
             let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
             let row = plane.row(&place, net, body, [last, step], &self.rules.parting);
             let Some(last) = rows.last().filter(|last| row.is_of_the_knot_of(last)) else {
