@@ -40,8 +40,7 @@ pub struct CablePlanes {
     solids: Vec<ConvexPart>,
     /// Of each cable [m].
     radius: Vec<f64>,
-    /// Whether overlaps are answered by a force. Then places that are kept do not slide along faces, nor planes along edges: two
-    /// penalty forces on one cable are stiffer than the step was chosen for, 2.5e-3 for 1e-3 in `stress pressed-whole`.
+    /// Whether overlaps are answered by a force.
     by_force: bool,
     /// Contacts and planes of a detection; kept for their memory.
     found: Vec<Contact>,
@@ -94,7 +93,7 @@ impl CablePlanes {
     /// Moves the foot of a plane below its place, where the cable lies along a flat face and is still on it: as it slides over
     /// the face, it takes its places along.
     fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
-        if self.by_force || !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
+        if !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
             return;
         }
         let place = plane.record.at_place(&knots.position);
@@ -110,7 +109,7 @@ impl CablePlanes {
         let ridge = self.ridge(plane);
         let same =
             |other: &ContactPlane| other.record.part == plane.record.part && self.ridge(other) == ridge;
-        !self.by_force && ridge.is_some() && found.iter().any(same)
+        ridge.is_some() && found.iter().any(same)
     }
 
     /// The ridge that a plane follows.
@@ -118,12 +117,8 @@ impl CablePlanes {
         self.solids[plane.record.part].ridge(&plane.normal)
     }
 
-    /// Within a step: takes planes on round parts and on edges along to where their cables are nearest now. A force would have
-    /// other places to answer than those that it holds energy at.
+    /// Within a step: takes planes on round parts and on edges along to where their cables are nearest now.
     pub fn follow_ridges(&self, planes: &mut [ContactPlane], net: &impl NetMotion, body: &Body) {
-        if self.by_force {
-            return;
-        }
         for plane in planes {
             let Some(ridge) = self.ridge(plane) else { continue };
             let along = plane.along();
@@ -169,7 +164,7 @@ impl CablePlanes {
                 is_so_deep(depth, &(from + share * (to - from)))
             }
         };
-        is_so_deep(part.depth(&in_body), &in_body) || !self.by_force && below_a_face()
+        is_so_deep(part.depth(&in_body), &in_body) || below_a_face()
     }
 
     /// The same plane for where the cable is nearest to its foot now, or, where it lies below a face, for the place of it there that
@@ -180,7 +175,7 @@ impl CablePlanes {
         let across = to - from;
         let share = across.dot(&(plane.foot - from)) / across.norm_squared();
         let part = &self.solids[plane.record.part];
-        let over = if self.by_force { None } else { part.over_face(&plane.normal, &from, &to) };
+        let over = part.over_face(&plane.normal, &from, &to);
         let share = over.map_or(share, |[first, last]| share.clamp(first, last));
         (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
     }

@@ -50,7 +50,11 @@ impl IterationLimits {
     /// capture takes no longer, for most answers end by the tolerance; with one of 1e-4 it takes a tenth more.
     pub const AHEAD: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-3 };
 
-    /// The same of strands of the net. What of a chain of bounces is left approaching is lost, and what is wanted of all at
+    /// For friction beside forces, whose normal impulses are known. Of 40 nets with friction 1 around boxes, two members each, one made
+    /// 1.9e-3 of the energy with 20 passes to 1e-2, none above 6.1e-4 so, and 1.7e-4 with 100 to 1e-6, which takes half as long again.
+    pub const FRICTION: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-4 };
+
+    /// The same as [`AHEAD`](Self::AHEAD) of strands of the net. What of a chain of bounces is left approaching is lost, and what is wanted of all at
     /// once may be more than there was: with full restitution 48 members made 2e-4 of the energy at hand in the middle and
     /// 3e-3 at most with 12 passes, 4.2e-3 and 0.1 with 50.
     pub const AHEAD_OF_STRANDS: IterationLimits = IterationLimits { passes: 12, tolerance: 1e-3 };
@@ -103,7 +107,7 @@ pub fn solve(
                 && index < n_rubbing
                 && !row.bounces
             {
-                let change = rub(law, row, net, body, target);
+                let change = rub_one(law, row, net, body, target);
                 largest = largest.max(change);
             }
         }
@@ -113,15 +117,39 @@ pub fn solve(
     }
     if let Some(law) = law {
         for row in rows[..n_rubbing].iter_mut().filter(|row| row.bounces) {
-            rub(law, row, net, body, target);
+            rub_one(law, row, net, body, target);
         }
     }
     passes
 }
 
+/// Solves for friction of `rows` whose normal impulses are known and have acted, or are yet to: that of each is against the slip that
+/// is left when all have theirs. Each in turn and once, friction on the one side of a panel was against what that on the other
+/// took at once, and pushed on along the slip: 0.14 of the energy at hand with a coefficient of 1.
+pub fn rub(
+    law: &Law,
+    rows: &mut [ContactRow],
+    net: &mut impl NetMotion,
+    body: &mut Body,
+    target: &InverseInertia,
+    limits: IterationLimits,
+) {
+    let mut fastest = 0.0_f64;
+    for _ in 0..limits.passes {
+        let mut largest = 0.0_f64;
+        for row in rows.iter_mut() {
+            largest = largest.max(rub_one(law, row, net, body, target));
+        }
+        fastest = fastest.max(largest);
+        if largest <= limits.tolerance * fastest {
+            break;
+        }
+    }
+}
+
 /// Brings the slip of `row` towards zero, by a friction impulse within the cone of its normal impulse; by how much the
 /// slip changed [m/s].
-fn rub(
+fn rub_one(
     law: &Law,
     row: &mut ContactRow,
     net: &mut impl NetMotion,

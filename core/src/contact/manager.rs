@@ -59,7 +59,8 @@ impl ContactSettings<'_> {
             ContactModel::Impulse => NormalSolver::Woodbury(Woodbury::default()),
             ContactModel::Penalty => NormalSolver::Penalty {
                 force: PenaltyForce::new(self.net, &self.solver.penalty),
-                deepest: None,
+                speed: self.speed,
+                of_cables: false,
                 in_turn: false,
             },
         };
@@ -80,8 +81,7 @@ impl ContactSettings<'_> {
         let by_force = solver.contact == ContactModel::Penalty;
         let normal = if by_force {
             let force = PenaltyForce::new(net, &solver.penalty);
-            let deepest = (0..net.n_knots()).map(|knot| force.deepest(net, knot, self.speed)).collect();
-            NormalSolver::Penalty { force, deepest: Some(deepest), in_turn }
+            NormalSolver::Penalty { force, speed: self.speed, of_cables: true, in_turn }
         } else {
             NormalSolver::GaussSeidel {
                 lookahead: in_turn.then(|| Lookahead::new(net, IterationLimits::AHEAD)),

@@ -32,6 +32,8 @@ pub struct PenaltyForce {
     law: PenaltyLaw,
     /// k of each knot [N/m^n].
     stiffness: Vec<f64>,
+    /// Of each knot [1/kg].
+    inverse_mass: Vec<f64>,
     exponent: f64,
     /// d over k for Hunt and Crossley [s/m]; d itself for the spring-dashpot [N s/m].
     damping: f64,
@@ -52,6 +54,7 @@ impl PenaltyForce {
         PenaltyForce {
             law: parameters.law,
             stiffness: (0..net.n_knots()).map(stiffness).collect(),
+            inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             exponent: if linear { 1.0 } else { parameters.exponent },
             damping: match parameters.law {
                 PenaltyLaw::SpringDashpot => parameters.damping_n_s_m,
@@ -61,25 +64,42 @@ impl PenaltyForce {
         }
     }
 
-    /// A spring of the same stiffness at each of `n_knots` [N/m].
+    /// A spring of the same stiffness at each of `n_knots` of 1 kg [N/m].
     #[cfg(test)]
     pub(super) fn spring(n_knots: usize, stiffness: f64) -> PenaltyForce {
         PenaltyForce {
             law: PenaltyLaw::SpringDashpot,
             stiffness: vec![stiffness; n_knots],
+            inverse_mass: vec![1.0; n_knots],
             exponent: 1.0,
             damping: 0.0,
         }
     }
 
-    /// Writes the impulse of each row within a step of `step` seconds [N s]; overlaps deeper than `deepest` of
-    /// their first knot count as that deep [m].
-    pub fn solve(&self, rows: &mut [ContactRow], step: f64, deepest: Option<&[f64]>) {
+    /// Writes the impulse of each row within a step of `step` seconds [N s]; with a `speed` [m/s] the force grows no more beyond
+    /// the overlap of a hit at that speed.
+    pub fn solve(&self, rows: &mut [ContactRow], step: f64, speed: Option<f64>) {
         for row in rows {
-            let (knot, overlap) = (row.weights.first(), -row.gap);
-            let depth = deepest.map_or(overlap, |deepest| overlap.min(deepest[knot]));
-            row.impulse = step * self.force(knot, depth, -row.speed);
+            let (bearers, overlap) = (row.weights.all(), -row.gap);
+            let depth = speed.map_or(overlap, |speed| overlap.min(self.deepest_of(bearers, speed)));
+            let impulse = step * self.force(self.softer(bearers), depth, -row.speed);
+            let most = (row.wanted_speed - row.speed).max(0.0) / row.inverse_mass;
+            row.impulse = impulse.min(most);
         }
+    }
+
+    /// The knot whose stiffness the place of some `bearers` has: a cable beside a bullet is no harder than elsewhere.
+    fn softer(&self, bearers: &[(usize, f64)]) -> usize {
+        let knots = bearers.iter().map(|(knot, _)| *knot);
+        knots.min_by(|a, b| self.stiffness[*a].total_cmp(&self.stiffness[*b])).unwrap_or_default()
+    }
+
+    /// Deepest overlap of the place of some `bearers` that meets the target at `speed` [m/s], with the mass that answers
+    /// there [m]. By the mass of a cable's first knot, the cable between a bullet and a light knot was pressed in at this with a force
+    /// made for the bullet, and shot off.
+    fn deepest_of(&self, bearers: &[(usize, f64)], speed: f64) -> f64 {
+        let inverse_mass: f64 = bearers.iter().map(|(knot, w)| w * w * self.inverse_mass[*knot]).sum();
+        self.depth_of_hit(self.softer(bearers), 1.0 / inverse_mass, speed)
     }
 
     /// Normal force on a knot at overlap `depth` [m] that grows at `rate` [m/s]   [N].
@@ -102,17 +122,25 @@ impl PenaltyForce {
         self.stiffness[knot] * depth.max(0.0).powf(above) / above
     }
 
-    /// Deepest overlap of a knot that meets the target at `speed` [m/s], by energy:
+    /// Energy that the elastic part holds where the place of some `bearers` is pressed in by `depth` [m], and grows no more beyond the
+    /// overlap of a hit at `speed` [m/s]   [J].
+    pub fn energy_of(&self, bearers: &[(usize, f64)], depth: f64, speed: f64) -> f64 {
+        let (knot, deepest) = (self.softer(bearers), self.deepest_of(bearers, speed));
+        let beyond = (depth - deepest).max(0.0);
+        self.energy(knot, depth - beyond) + beyond * self.force(knot, deepest, 0.0)
+    }
+
+    /// Deepest overlap of a `mass` [kg] with the stiffness of a knot that meets the target at `speed` [m/s], by energy:
     /// m v² / 2 = k δⁿ⁺¹ / (n + 1)   [m].
-    pub fn deepest(&self, net: &Net, knot: usize, speed: f64) -> f64 {
+    fn depth_of_hit(&self, knot: usize, mass: f64, speed: f64) -> f64 {
         let n = self.exponent;
-        (0.5 * net.mass[knot] * speed * speed * (n + 1.0) / self.stiffness[knot]).powf(1.0 / (n + 1.0))
+        (0.5 * mass * speed * speed * (n + 1.0) / self.stiffness[knot]).powf(1.0 / (n + 1.0))
     }
 
     /// Deepest overlap of the same knot that is pressed in with `pull` [N] beside:
     /// m v² / 2 + F δ = k δⁿ⁺¹ / (n + 1)   [m].
     fn deepest_pulled(&self, net: &Net, knot: usize, speed: f64, pull: f64) -> f64 {
-        let unpulled = self.deepest(net, knot, speed);
+        let unpulled = self.depth_of_hit(knot, net.mass[knot], speed);
         if pull == 0.0 {
             return unpulled;
         }
@@ -175,6 +203,7 @@ mod tests {
         PenaltyForce {
             law,
             stiffness: vec![1e6],
+            inverse_mass: vec![1e4],
             exponent: if linear { 1.0 } else { 1.5 },
             damping: if linear { 5.0 } else { 0.3 },
         }

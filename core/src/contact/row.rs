@@ -35,7 +35,7 @@ pub struct ContactRow {
     pub velocity: Vector3<f64>,
     /// Its part along the normal: the speed of parting, negative when they approach [m/s].
     pub speed: f64,
-    /// Least speed of parting that is wanted at the end, w* [m/s].
+    /// Least speed of parting that is wanted at the end, w*; of a force the most that it may give [m/s].
     pub wanted_speed: f64,
     /// Whether that is of a bounce.
     pub bounces: bool,
@@ -270,12 +270,9 @@ impl PushOut {
         PushOut::Gently { time, power }
     }
 
-    /// Share of an overlap that is undone within a step of `step` seconds, where it takes a time [-].
-    pub fn share_within(&self, step: f64) -> f64 {
-        match self {
-            PushOut::Speed(_) => 1.0,
-            PushOut::Gently { time, .. } => step / time.max(step),
-        }
+    /// How much of a `depth` [m] is undone within a step of `step` seconds, as with [`speed`](Self::speed) [m].
+    pub fn undone(&self, depth: f64, radius: f64, force: f64, step: f64) -> f64 {
+        if depth > 0.0 { self.speed(depth, radius, force, step) * step } else { depth }
     }
 
     /// Speed at which a `depth` [m] is undone, of what has this `radius` [m] and was pressed in by a `force` [N] in the step

@@ -5,7 +5,7 @@
 //! | [`super::woodbury`] | of different knots, or two of a knot in a corner | all at once | at the velocities before; in a corner along it |
 //! | [`super::gauss_seidel`] | may share knots | pass by pass | row by row within the passes, but for rows that bounce: after them |
 //! | [`super::penalty`] of knots | of different knots | each by its own overlap | at the velocities before |
-//! | [`super::penalty`] of cables | may share knots | each by its own overlap | row by row, after all that acts in the (sub-)step, or before |
+//! | [`super::penalty`] of cables | may share knots | each by its own overlap | pass by pass, after all that acts in the (sub-)step, or before |
 //!
 //! Knots of cable elements are different ones and act on each other through the mass of the cables: their rows are solved
 //! as if they shared knots.
@@ -38,8 +38,10 @@ pub enum NormalSolver {
     Penalty {
         /// The force.
         force: PenaltyForce,
-        /// Of rows that share knots: deepest overlap that the force of each knot may grow to [m].
-        deepest: Option<Vec<f64>>,
+        /// Of hits that steps are chosen for [m/s].
+        speed: f64,
+        /// Whether rows share knots: then it grows no more beyond the overlap of such a hit.
+        of_cables: bool,
         /// Whether the cables act after it, and not before.
         in_turn: bool,
     },
@@ -56,6 +58,14 @@ pub struct ContactSolver {
 }
 
 impl ContactSolver {
+    /// Speed up to which hits are resolved, where overlaps are answered by a force [m/s].
+    pub fn resolved_speed(&self) -> Option<f64> {
+        match self.normal {
+            NormalSolver::Penalty { speed, .. } => Some(speed),
+            _ => None,
+        }
+    }
+
     /// Whether the engine holds a knot against what a plane of its cable would do to it.
     pub fn holds_against(&self, plane: &ContactPlane) -> bool {
         let NormalSolver::GaussSeidel { lookahead: Some(lookahead) } = &self.normal else { return false };
@@ -81,22 +91,22 @@ impl ContactSolver {
                 woodbury.solve(rows, target, wanted);
                 self.apply_at_once(rows, net, body, target);
             }
-            NormalSolver::Penalty { force, deepest: None, .. } if !self.coupled => {
+            NormalSolver::Penalty { force, of_cables: false, .. } if !self.coupled => {
                 force.solve(rows, step, None);
                 self.apply_at_once(rows, net, body, target);
             }
-            NormalSolver::Penalty { force, deepest, in_turn } => {
-                force.solve(rows, step, deepest.as_deref());
+            NormalSolver::Penalty { force, speed, of_cables, in_turn } => {
+                force.solve(rows, step, of_cables.then_some(*speed));
                 // Slip is what there is when all forces on a light knot have acted, or none: what cables press in and
                 // normals push out over an edge is, each alone, larger. Before cables acted, friction of one face once
                 // held back what the other pushed out, and pushed on along the slip: 4e-2 of the energy at hand in
                 // `stress pressed-whole-friction-1` under joints+penalty, for 1.4e-5.
                 if *in_turn {
-                    self.rub_in_turn(rows, net, body, target);
+                    self.rub(rows, net, body, target);
                     apply_normal(rows, net, body, target);
                 } else {
                     apply_normal(rows, net, body, target);
-                    self.rub_in_turn(rows, net, body, target);
+                    self.rub(rows, net, body, target);
                 }
             }
             NormalSolver::GaussSeidel { lookahead: None } => {
@@ -131,17 +141,15 @@ impl ContactSolver {
         }
     }
 
-    fn rub_in_turn(
+    fn rub(
         &self,
         rows: &mut [ContactRow],
         net: &mut impl NetMotion,
         body: &mut Body,
         target: &InverseInertia,
     ) {
-        let Some(law) = &self.friction else { return };
-        for row in rows {
-            row.friction = slowing_impulse(law, row, &row.velocity_now(net, body), target);
-            row.apply(&row.friction, net, body, target);
+        if let Some(law) = &self.friction {
+            gauss_seidel::rub(law, rows, net, body, target, IterationLimits::FRICTION);
         }
     }
 }
@@ -239,7 +247,7 @@ mod tests {
                 gap: -depth,
                 velocity,
                 speed: normal.dot(&velocity),
-                wanted_speed: 0.0,
+                wanted_speed: f64::INFINITY,
                 bounces: false,
                 softness: 0.0,
                 impulse: 0.0,
@@ -247,7 +255,7 @@ mod tests {
             };
             let mut rows = vec![row(Vector3::y()), row(Vector3::z())];
             let force = PenaltyForce::spring(2, 70.0 / depth);
-            let normal = NormalSolver::Penalty { force, deepest: Some(vec![1e-3; 2]), in_turn };
+            let normal = NormalSolver::Penalty { force, speed: 1e3, of_cables: true, in_turn };
             let friction = Some(Law::Coulomb { coefficient: 1.0 });
             let mut solver = ContactSolver { normal, friction, coupled: true };
             let mut net = MarkedKnots {

@@ -9,7 +9,6 @@
 
 use super::InverseInertia;
 use super::cable_planes::CablePlanes;
-use super::penalty::PenaltyForce;
 use super::plane::{ContactPlane, RowRules};
 use super::row::{ContactRow, NetMotion, Parting};
 use super::schedule::{Detection, DetectionSchedule};
@@ -232,14 +231,15 @@ impl SurfaceContacts {
 
     /// Whether overlaps are answered by a force.
     pub fn is_force(&self) -> bool {
-        matches!(self.solver.normal, NormalSolver::Penalty { .. })
+        self.solver.resolved_speed().is_some()
     }
 
     /// Rows of the planes that may be crossed within the second of two (sub-)steps.
     fn find_rows(&mut self, net: &impl NetMotion, body: &Body, [last, step]: [f64; 2]) {
         let turn = body.attitude.to_rotation_matrix();
-        // A force would be stiffer than the step was chosen for.
-        let holds_both = !self.is_force();
+        let resolved = self.solver.resolved_speed();
+        // Two forces would be stiffer than the step was chosen for.
+        let holds_both = resolved.is_none();
         let (rows, planes_of) = (&mut self.rows, &mut self.planes_of);
         rows.clear();
         planes_of.clear();
@@ -251,7 +251,10 @@ impl SurfaceContacts {
                 continue;
             }
             let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
-            let row = plane.row(&place, net, body, [last, step], &self.rules.parting);
+            let mut row = plane.row(&place, net, body, [last, step], &self.rules.parting);
+            if let Some(resolved) = resolved {
+                row.wanted_speed = plane.most_parting(&place, resolved);
+            }
             let Some(last) = rows.last().filter(|last| row.is_of_the_knot_of(last)) else {
                 rows.push(row);
                 planes_of.push(index);
@@ -275,7 +278,7 @@ impl SurfaceContacts {
     /// `body` as it is after the step.
     pub fn report(&self, before: &Knots, after: &Knots, body: Option<&Body>, contacts: &mut Vec<Contact>) {
         let force = match &self.solver.normal {
-            NormalSolver::Penalty { force, deepest: None, .. } => Some(force),
+            NormalSolver::Penalty { force, of_cables: false, .. } => Some(force),
             _ => None,
         };
         contacts.extend(self.planes.iter().filter_map(|plane| {
@@ -289,24 +292,17 @@ impl SurfaceContacts {
 
     /// Energy that forces on cables hold where these are pressed in now [J].
     pub fn stored_energy(&self, knots: &Knots, body: &Body) -> f64 {
-        let NormalSolver::Penalty { force, deepest: Some(deepest), .. } = &self.solver.normal else {
+        let NormalSolver::Penalty { force, speed, of_cables: true, .. } = &self.solver.normal else {
             return 0.0;
         };
-        self.planes
-            .iter()
-            .map(|plane| energy(force, deepest, plane, plane.depth(knots, body, self.lag * self.step)))
-            .sum()
+        let energy = |plane: &ContactPlane| {
+            force.energy_of(&plane.record.bearers(), plane.depth(knots, body, self.lag * self.step), *speed)
+        };
+        self.planes.iter().map(energy).sum()
     }
 
     /// Number of colliders of the detector.
     pub fn n_colliders(&self) -> usize {
         self.feature.n_colliders()
     }
-}
-
-/// Energy of a force that grows no more beyond the `deepest` overlap [J].
-fn energy(force: &PenaltyForce, deepest: &[f64], plane: &ContactPlane, depth: f64) -> f64 {
-    let knot = plane.record.knot;
-    let beyond = (depth - deepest[knot]).max(0.0);
-    force.energy(knot, depth - beyond) + beyond * force.force(knot, deepest[knot], 0.0)
 }

@@ -30,9 +30,6 @@ const OVERLAPS: [(&str, f64, f64); 1] = [("overlap", 0.7, 4.0)]; // measured 0.9
 /// The same where some members press a bullet in so far and some do not.
 const BY_CHANCE: [(&str, f64, f64); 1] = [("overlap", 0.05, 4.0)]; // measured 0.1 to 1.8
 
-/// The same of whole cables that are drawn tight over edges: what comes in is pushed out with work.
-const PRESSED: [(&str, f64, f64); 2] = [("overlap", 0.7, 4.0), ("energy", 0.0, 3e-2)];
-
 /// Why a net rises above an earlier minimum of its energy at the step that it takes by itself.
 const COARSE: &str = "the energy of cables that go taut, most of all where a contact holds or turns them, is known to some powers of the step";
 
