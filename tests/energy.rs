@@ -326,8 +326,8 @@ fn a_cable_below_a_face_is_held_at_both_edges() {
 
 /// A penalty force on whole cables: the one between a bullet and a light knot was pressed in with a force made for the bullet, what was
 /// found deep in was pushed out at metres a second against what held it, friction on one side of a panel was against what that on the
-/// other took at once, and a knot that a thread had whipped to 40 m/s was found so deep in that it left at 200. 2.2e-6 and a state
-/// that was no number; 2.6e-3, 5.8e-2; 3.2e-3, 1e-2.
+/// other took at once, and a knot that a thread had whipped to 40 m/s was found so deep in that it left at 200. In 48 members 2.2e-6, 1.1 and
+/// three states that were no numbers; 2.6e-3, 0.14; 3.4e-3, 0.34.
 #[test]
 fn a_penalty_force_on_whole_cables_makes_little() {
     let net = |meshes: [u32; 2], mesh: f64, bullet: f64, cable: serde_json::Value, fold: f64| {
@@ -359,12 +359,12 @@ fn a_penalty_force_on_whole_cables_makes_little() {
         "effects": { "cable_contact": {}, "friction": { "coefficient": 1.0 } },
         "solver": { "cables": "explicit", "contact": "penalty" }
     });
-    // Measured: BOUNDS.
+    // Measured: 2.3e-6, 4.3e-6; 4.1e-9, 5.1e-4; 1.0e-5, 1.5e-4.
     for scene in [whipped, pushed_out, rubbing] {
         let case = common::case_of(scene);
         let [_, median, largest] = common::spread(&common::ensemble(&case, 8), "conservation.energy_created");
         println!("{}: {median:.1e}, {largest:.1e}", case.scene().title);
-        assert!(median < 5e-4 && largest < 2e-3, "{}: {median:.1e}, {largest:.1e}", case.scene().title);
+        assert!(median < 1e-4 && largest < 5e-3, "{}: {median:.1e}, {largest:.1e}", case.scene().title);
     }
 }
 

@@ -42,6 +42,8 @@ pub struct CablePlanes {
     radius: Vec<f64>,
     /// Whether overlaps are answered by a force.
     by_force: bool,
+    /// Whether places slide along faces, and planes follow edges and round parts.
+    slides: bool,
     /// Contacts and planes of a detection; kept for their memory.
     found: Vec<Contact>,
     before: Vec<ContactPlane>,
@@ -50,13 +52,20 @@ pub struct CablePlanes {
 }
 
 impl CablePlanes {
-    /// For the cables of `net` around `target`, found in the engine's `precision`.
-    pub fn new(net: &Net, target: &Target, precision: Precision, by_force: bool) -> CablePlanes {
+    /// For the cables of `net` around `target`, found in the engine's `precision`, and answered `by_force` or not.
+    pub fn new(
+        net: &Net,
+        target: &Target,
+        precision: Precision,
+        by_force: bool,
+        slides: bool,
+    ) -> CablePlanes {
         CablePlanes {
             detector: CableDetector::new(net, target, precision),
             solids: target.parts.clone(),
             radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             by_force,
+            slides,
             found: Vec::new(),
             before: Vec::new(),
             n_found: 0,
@@ -93,7 +102,7 @@ impl CablePlanes {
     /// Moves the foot of a plane below its place, where the cable lies along a flat face and is still on it: as it slides over
     /// the face, it takes its places along.
     fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
-        if !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
+        if !self.slides || !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
             return;
         }
         let place = plane.record.at_place(&knots.position);
@@ -109,7 +118,7 @@ impl CablePlanes {
         let ridge = self.ridge(plane);
         let same =
             |other: &ContactPlane| other.record.part == plane.record.part && self.ridge(other) == ridge;
-        ridge.is_some() && found.iter().any(same)
+        self.slides && ridge.is_some() && found.iter().any(same)
     }
 
     /// The ridge that a plane follows.
@@ -119,6 +128,9 @@ impl CablePlanes {
 
     /// Within a step: takes planes on round parts and on edges along to where their cables are nearest now.
     pub fn follow_ridges(&self, planes: &mut [ContactPlane], net: &impl NetMotion, body: &Body) {
+        if !self.slides {
+            return;
+        }
         for plane in planes {
             let Some(ridge) = self.ridge(plane) else { continue };
             let along = plane.along();
@@ -164,7 +176,7 @@ impl CablePlanes {
                 is_so_deep(depth, &(from + share * (to - from)))
             }
         };
-        is_so_deep(part.depth(&in_body), &in_body) || below_a_face()
+        is_so_deep(part.depth(&in_body), &in_body) || self.slides && below_a_face()
     }
 
     /// The same plane for where the cable is nearest to its foot now, or, where it lies below a face, for the place of it there that
@@ -175,7 +187,7 @@ impl CablePlanes {
         let across = to - from;
         let share = across.dot(&(plane.foot - from)) / across.norm_squared();
         let part = &self.solids[plane.record.part];
-        let over = part.over_face(&plane.normal, &from, &to);
+        let over = if self.slides { part.over_face(&plane.normal, &from, &to) } else { None };
         let share = over.map_or(share, |[first, last]| share.clamp(first, last));
         (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
     }
