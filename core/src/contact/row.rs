@@ -270,7 +270,7 @@ impl PushOut {
         PushOut::Gently { time, power }
     }
 
-    /// How much of a `depth` [m] is undone within a step of `step` seconds, as with [`speed`](Self::speed) [m].
+    /// How much of a `depth` [m] is undone within a step of `step` seconds, pressed in by a `force` [N] [m].
     pub fn undone(&self, depth: f64, radius: f64, force: f64, step: f64) -> f64 {
         if depth > 0.0 { self.speed(depth, radius, force, step) * step } else { depth }
     }
