@@ -131,9 +131,16 @@ impl CablePlanes {
         if !self.slides {
             return;
         }
+        let gap = |plane: &ContactPlane| {
+            let [(a, u), (b, v)] = plane.record.bearers();
+            plane.gap(&(u * net.position(a) + v * net.position(b) - body.position), body)
+        };
         for plane in planes {
+            // A force has many sub-steps, each shorter than what comes from farther away takes.
+            if self.by_force && gap(plane) > plane.radius {
+                continue;
+            }
             let Some(ridge) = self.ridge(plane) else { continue };
-            let along = plane.along();
             let [from, to] = ends(plane, |knot| net.position(knot), body);
             let part = &self.solids[plane.record.part];
             let Some(nearest) = part.nearest_on(ridge, &plane.normal, &from, &to) else { continue };
@@ -142,7 +149,7 @@ impl CablePlanes {
                 plane.foot = nearest.foot;
                 plane.normal = nearest.normal;
                 plane.height = nearest.normal.dot(&nearest.foot) + plane.radius;
-                plane.record.along = Some(Along { share: nearest.share, ..along });
+                plane.record.along = Some(Along { share: nearest.share, ..plane.along() });
             }
         }
     }
