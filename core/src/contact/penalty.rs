@@ -80,9 +80,13 @@ impl PenaltyForce {
     /// the overlap of a hit at that speed.
     pub fn solve(&self, rows: &mut [ContactRow], step: f64, speed: Option<f64>) {
         for row in rows {
-            let (bearers, overlap) = (row.weights.all(), -row.gap);
-            let depth = speed.map_or(overlap, |speed| overlap.min(self.deepest_of(bearers, speed)));
-            let impulse = step * self.force(self.softer(bearers), depth, -row.speed);
+            let (knot, overlap) = (self.softer(row.weights.all()), -row.gap);
+            let depth = speed.map_or(overlap, |speed| {
+                // By the mass of a cable's first knot, the cable between a bullet and a light knot was pressed in at this with a
+                // force made for the bullet, and shot off.
+                overlap.min(self.depth_of_hit(knot, 1.0 / row.inverse_mass, speed))
+            });
+            let impulse = step * self.force(knot, depth, -row.speed);
             let most = (row.wanted_speed - row.speed).max(0.0) / row.inverse_mass;
             row.impulse = impulse.min(most);
         }
@@ -92,14 +96,6 @@ impl PenaltyForce {
     fn softer(&self, bearers: &[(usize, f64)]) -> usize {
         let knots = bearers.iter().map(|(knot, _)| *knot);
         knots.min_by(|a, b| self.stiffness[*a].total_cmp(&self.stiffness[*b])).unwrap_or_default()
-    }
-
-    /// Deepest overlap of the place of some `bearers` that meets the target at `speed` [m/s], with the mass that answers
-    /// there [m]. By the mass of a cable's first knot, the cable between a bullet and a light knot was pressed in at this with a force
-    /// made for the bullet, and shot off.
-    fn deepest_of(&self, bearers: &[(usize, f64)], speed: f64) -> f64 {
-        let inverse_mass: f64 = bearers.iter().map(|(knot, w)| w * w * self.inverse_mass[*knot]).sum();
-        self.depth_of_hit(self.softer(bearers), 1.0 / inverse_mass, speed)
     }
 
     /// Normal force on a knot at overlap `depth` [m] that grows at `rate` [m/s]   [N].
@@ -125,7 +121,9 @@ impl PenaltyForce {
     /// Energy that the elastic part holds where the place of some `bearers` is pressed in by `depth` [m], and grows no more beyond the
     /// overlap of a hit at `speed` [m/s]   [J].
     pub fn energy_of(&self, bearers: &[(usize, f64)], depth: f64, speed: f64) -> f64 {
-        let (knot, deepest) = (self.softer(bearers), self.deepest_of(bearers, speed));
+        let knot = self.softer(bearers);
+        let inverse_mass: f64 = bearers.iter().map(|(knot, w)| w * w * self.inverse_mass[*knot]).sum();
+        let deepest = self.depth_of_hit(knot, 1.0 / inverse_mass, speed);
         let beyond = (depth - deepest).max(0.0);
         self.energy(knot, depth - beyond) + beyond * self.force(knot, deepest, 0.0)
     }

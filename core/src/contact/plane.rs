@@ -164,7 +164,10 @@ impl ContactPlane {
             speed
         };
         let pressed = self.impulse / last;
-        self.initial_overlap -= parting.push_out.undone(self.initial_overlap, self.radius, pressed, step);
+        if self.initial_overlap > 0.0 {
+            let speed = parting.push_out.speed(self.initial_overlap, self.radius, pressed, step);
+            self.initial_overlap -= step * speed;
+        }
         let gap = place.gap + self.initial_overlap;
         ContactRow {
             weights,
@@ -175,13 +178,7 @@ impl ContactPlane {
             gap,
             velocity,
             speed,
-            wanted_speed: parting.wanted_speed(
-                gap,
-                [speed_before, speed],
-                self.radius,
-                self.impulse / last,
-                step,
-            ),
+            wanted_speed: parting.wanted_speed(gap, [speed_before, speed], self.radius, pressed, step),
             bounces: parting.bounces(gap, [speed_before, speed], self.radius),
             softness: 0.0,
             impulse: self.impulse,

@@ -270,14 +270,9 @@ impl PushOut {
         PushOut::Gently { time, power }
     }
 
-    /// How much of a `depth` [m] is undone within a step of `step` seconds, pressed in by a `force` [N] [m].
-    pub fn undone(&self, depth: f64, radius: f64, force: f64, step: f64) -> f64 {
-        if depth > 0.0 { self.speed(depth, radius, force, step) * step } else { depth }
-    }
-
     /// Speed at which a `depth` [m] is undone, of what has this `radius` [m] and was pressed in by a `force` [N] in the step
     /// before, of `step` seconds [m/s].
-    fn speed(&self, depth: f64, radius: f64, force: f64, step: f64) -> f64 {
+    pub fn speed(&self, depth: f64, radius: f64, force: f64, step: f64) -> f64 {
         match *self {
             PushOut::Speed(most) => (depth / step).min(most),
             PushOut::Gently { time, power } => {

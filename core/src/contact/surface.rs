@@ -246,11 +246,11 @@ impl SurfaceContacts {
         // At the end of the step, if nothing is done.
         let depth = |row: &ContactRow| -(row.gap + step * row.speed);
         for (index, plane) in self.planes.iter_mut().enumerate() {
+            let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
             if self.solver.holds_against(plane) {
                 plane.impulse = 0.0;
                 continue;
             }
-            let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
             let mut row = plane.row(&place, net, body, [last, step], &self.rules.parting);
             if let Some(resolved) = resolved {
                 row.wanted_speed = plane.most_parting(&place, resolved);
