@@ -49,6 +49,13 @@ pub struct PlaceAtPlane {
     pub speed: f64,
 }
 
+/// Motion of the target's surface while contacts act: the mean of before and after.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceMotion {
+    velocity: Vector3<f64>,
+    rate: Vector3<f64>,
+}
+
 /// When a row is needed, and what it is to reach.
 #[derive(Clone, Copy, Debug)]
 pub struct RowRules {
@@ -56,6 +63,22 @@ pub struct RowRules {
     pub parting: Parting,
     /// Speed that the engine's cables may give a place within a step [m/s]: nearer than that, it has a row.
     pub drawn_in: Option<f64>,
+}
+
+impl SurfaceMotion {
+    /// While the body went from `before` to `after`.
+    pub fn between(before: &Body, after: &Body) -> SurfaceMotion {
+        SurfaceMotion {
+            velocity: 0.5 * (before.velocity + after.velocity),
+            rate: 0.5 * (before.rate + after.rate),
+        }
+    }
+
+    /// Velocity at `arm` from the centre [m/s].
+    #[inline]
+    fn at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.velocity + self.rate.cross(arm)
+    }
 }
 
 impl ContactPlane {
@@ -202,21 +225,21 @@ impl ContactPlane {
         }
     }
 
-    /// Adds the impulses of its row, while the body went from `before` to `after`.
-    pub fn add(&mut self, row: &ContactRow, before: &Body, after: &Body) {
+    /// Adds the impulses of its `row`, of a body that was at `centre` and whose mean motion was `surface`.
+    #[inline]
+    pub fn add(&mut self, row: &ContactRow, centre: &Vector3<f64>, surface: &SurfaceMotion) {
         let arm = row.arm.unwrap_or_default();
-        let surface = 0.5 * (before.velocity + after.velocity + (before.rate + after.rate).cross(&arm));
-        let record = &mut self.record;
+        let (point, record) = (centre + arm, &mut self.record);
         self.has_turned |= record.impulse > 0.0 && record.normal != row.normal;
         record.normal = row.normal;
         record.impulse += row.impulse;
-        record.moment += (before.position + arm).cross(&row.whole_impulse());
+        record.moment += point.cross(&row.whole_impulse());
         // The mean over the sub-steps, so that impulse and moment agree.
         if record.impulse > 0.0 {
-            record.point += (row.impulse / record.impulse) * (before.position + arm - record.point);
+            record.point += (row.impulse / record.impulse) * (point - record.point);
         }
         record.friction += row.friction;
-        self.work.add(&(row.impulse * row.normal), &row.friction, &surface);
+        self.work.add(&(row.impulse * row.normal), &row.friction, &surface.at(&arm));
     }
 
     /// The contact within the step from `before` to `after`, if there was a sub-step in which it was looked at.

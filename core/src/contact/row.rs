@@ -146,7 +146,7 @@ impl JacobianWeights {
 
     /// Has `act` take each knot with its weight.
     #[inline(always)]
-    fn each(&self, mut act: impl FnMut(usize, f64)) {
+    pub fn each(&self, mut act: impl FnMut(usize, f64)) {
         // One after another and not in a loop: it is what passes over rows consist of.
         match *self {
             JacobianWeights::One([(a, s)]) => act(a, s),

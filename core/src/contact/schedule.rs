@@ -77,41 +77,43 @@ impl DetectionSchedule {
             self.seen.clear();
             return Detection::Separated;
         }
+        let to_body = body.all_to_body();
         let mut seen = knots.position.iter().zip(&self.seen);
-        if self.seen.is_empty() || seen.any(|(x, seen)| self.used(seen, &body.to_body(x)) > 1.0) {
+        if self.seen.is_empty() || seen.any(|(x, seen)| self.has_used(1.0, seen, &to_body(x))) {
             return Detection::Stale(margin);
         }
         Detection::Cached
     }
 
-    /// How much of the way that a knot may move before the next detection it has used up at `at` in the
+    /// Whether a knot has used up more than a `share` of the way that it may move before the next detection, at `at` in the
     /// body frame.
-    fn used(&self, seen: &Seen, at: &Vector3<f64>) -> f64 {
+    fn has_used(&self, share: f64, seen: &Seen, at: &Vector3<f64>) -> bool {
         let moved = at - seen.at;
+        let squared = moved.norm_squared();
         let left = seen.clear - self.thrown;
-        // A knot may have nothing left without having moved, where others have become fast.
-        let free = if left > 0.0 { moved.norm() / left } else { f64::INFINITY };
-        let held = match seen.found {
+        let held = share * 0.5 * self.margin;
+        let slid = match seen.found {
             Found::Nothing => 0.0,
-            Found::Plane(normal) => (moved - normal * normal.dot(&moved)).norm() / (0.5 * self.margin),
-            Found::Several => moved.norm() / (0.5 * self.margin),
+            Found::Plane(normal) => squared - normal.dot(&moved).powi(2),
+            Found::Several => squared,
         };
-        free.max(held)
+        // A knot may have nothing left without having moved, where others have become fast.
+        left <= 0.0 || squared > (share * left).powi(2) || slid > held * held
     }
 
     /// For a detection as far as `margin` [m]: the knots that have to be looked at again, and where they are
     /// in the body frame. What was found of others stands.
     pub fn renew(&mut self, knots: &Knots, body: &Body, margin: f64) -> &[(usize, Vector3<f64>)] {
         self.renewed.clear();
-        let is_first = self.seen.is_empty();
+        let (is_first, to_body) = (self.seen.is_empty(), body.all_to_body());
         for (knot, position) in knots.position.iter().enumerate() {
-            let at = body.to_body(position);
+            let at = to_body(position);
             // One that is far away may move by more.
             let clear = margin.max(at.norm() - self.bounding_radius);
             let fresh = Seen { at, clear, found: Found::Nothing };
             if is_first {
                 self.seen.push(fresh);
-            } else if self.used(&self.seen[knot], &at) > RENEW {
+            } else if self.has_used(RENEW, &self.seen[knot], &at) {
                 self.seen[knot] = fresh;
             } else {
                 continue;
@@ -138,8 +140,8 @@ impl DetectionSchedule {
     /// Hears that a detection found all cables near the target.
     pub fn found_cables(&mut self, knots: &Knots, body: &Body) {
         self.seen.clear();
-        let seen =
-            |position| Seen { at: body.to_body(position), clear: f64::INFINITY, found: Found::Several };
+        let to_body = body.all_to_body();
+        let seen = |position| Seen { at: to_body(position), clear: f64::INFINITY, found: Found::Several };
         self.seen.extend(knots.position.iter().map(seen));
     }
 }

@@ -136,9 +136,16 @@ impl ContactSolver {
                 rows[index].friction = slowing_impulse(law, &rows[index], &velocity, target);
             }
         }
+        // On the target together.
+        let (mut impulse, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for row in rows.iter() {
-            row.apply(&row.whole_impulse(), net, body, target);
+            let of_row = row.whole_impulse();
+            row.weights.each(|knot, weight| net.push(knot, &of_row, weight));
+            impulse += of_row;
+            moment += row.arm.unwrap_or_default().cross(&of_row);
         }
+        body.velocity -= target.inverse_mass * impulse;
+        body.rate -= target.inverse_inertia * moment;
     }
 
     fn rub(

@@ -9,7 +9,7 @@
 
 use super::InverseInertia;
 use super::cable_planes::CablePlanes;
-use super::plane::{ContactPlane, RowRules};
+use super::plane::{ContactPlane, RowRules, SurfaceMotion};
 use super::row::{ContactRow, NetMotion, Parting};
 use super::schedule::{Detection, DetectionSchedule};
 use super::solver::{ContactSolver, NormalSolver};
@@ -212,17 +212,17 @@ impl SurfaceContacts {
         [before, after]: [&Body; 2],
         step: f64,
     ) {
-        let is_force = self.is_force();
+        let (is_force, surface) = (self.is_force(), SurfaceMotion::between(before, after));
         for (row, &plane) in rows.iter().zip(&self.planes_of) {
             let plane = &mut self.planes[plane];
             plane.impulse = row.impulse;
-            if row.whole_impulse() == Vector3::zeros() {
+            if row.impulse == 0.0 && row.friction == Vector3::zeros() {
                 continue;
             }
             for &(knot, _) in row.weights.all() {
                 net.mark(knot);
             }
-            plane.add(row, before, after);
+            plane.add(row, &before.position, &surface);
             if is_force {
                 plane.record.force = plane.record.force.max(row.impulse / step);
             }
@@ -243,33 +243,21 @@ impl SurfaceContacts {
         let (rows, planes_of) = (&mut self.rows, &mut self.planes_of);
         rows.clear();
         planes_of.clear();
-        // At the end of the step, if nothing is done.
-        let depth = |row: &ContactRow| -(row.gap + step * row.speed);
         for (index, plane) in self.planes.iter_mut().enumerate() {
             let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
             if self.solver.holds_against(plane) {
                 plane.impulse = 0.0;
                 continue;
             }
-            let mut row = plane.row(&place, net, body, [last, step], &self.rules.parting);
-            if let Some(resolved) = resolved {
+            // At once where it belongs: it is large.
+            rows.push(plane.row(&place, net, body, [last, step], &self.rules.parting));
+            planes_of.push(index);
+            if let (Some(resolved), Some(row)) = (resolved, rows.last_mut()) {
                 row.wanted_speed = plane.most_parting(&place, resolved);
             }
-            let Some(last) = rows.last().filter(|last| row.is_of_the_knot_of(last)) else {
-                rows.push(row);
-                planes_of.push(index);
-                continue;
-            };
-            // A knot between two parts: in the corner that they make, or in the one it is deeper in.
-            let n = rows.len();
-            let first =
-                n.checked_sub(2).map(|first| &rows[first]).filter(|first| row.is_of_the_knot_of(first));
-            let makes_corner = |with: &ContactRow| row.normal.dot(&with.normal).abs() < CORNER;
-            if holds_both && first.is_none() && makes_corner(last) {
-                rows.push(row);
-                planes_of.push(index);
-            } else if depth(&row) > depth(last) && first.is_none_or(makes_corner) {
-                (rows[n - 1], planes_of[n - 1]) = (row, index);
+            if let Some(less_deep) = one_too_many(rows, holds_both, step) {
+                rows.swap_remove(less_deep);
+                planes_of.swap_remove(less_deep);
             }
         }
     }
@@ -305,4 +293,23 @@ impl SurfaceContacts {
     pub fn n_colliders(&self) -> usize {
         self.feature.n_colliders()
     }
+}
+
+/// Which of `rows` goes, where the last makes them more than a knot may have: it is held by the two parts that make a corner,
+/// if a solver `holds_both`, or by the one that it would be deeper in after a `step` [s].
+fn one_too_many(rows: &[ContactRow], holds_both: bool, step: f64) -> Option<usize> {
+    let (row, others) = rows.split_last()?;
+    let of_the_knot = |back: usize| {
+        let other = others.len().checked_sub(back).map(|index| &others[index]);
+        other.filter(|other| row.is_of_the_knot_of(other))
+    };
+    let last = of_the_knot(1)?;
+    let first = of_the_knot(2);
+    let makes_corner = |with: &ContactRow| row.normal.dot(&with.normal).abs() < CORNER;
+    if holds_both && first.is_none() && makes_corner(last) {
+        return None;
+    }
+    let depth = |row: &ContactRow| -(row.gap + step * row.speed);
+    let stays = depth(row) > depth(last) && first.is_none_or(makes_corner);
+    Some(others.len() - usize::from(stays))
 }

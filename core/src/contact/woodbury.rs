@@ -28,7 +28,8 @@
 //! over √(1 − c²), D is diagonal again: that is the block's Cholesky factor. Coulomb friction is our extension,
 //! applied after the normal impulses.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix3, Vector3};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::InverseInertia;
 use super::row::ContactRow;
@@ -40,7 +41,9 @@ pub const PUSH_OUT: f64 = 1.0;
 /// Solves for the impulses of many contacts at once; keeps its memory from call to call.
 #[derive(Clone, Debug, Default)]
 pub struct Woodbury {
+    arch: Arch,
     acting: Vec<Acting>,
+    independent: Vec<Independent>,
 }
 
 /// A contact that pushes.
@@ -48,12 +51,10 @@ pub struct Woodbury {
 struct Acting {
     index: usize,
     knot: usize,
-    /// Row of G.
-    moments: Vector6<f64>,
+    /// Row of (G | v | 0).
+    row: [f64; 8],
     /// mᵢ, the entry of D⁻¹ [kg].
     mass: f64,
-    /// Impulse that would do if it were the only one and the target were held [N s].
-    alone: f64,
     /// jᵢ as last solved [N s].
     impulse: f64,
 }
@@ -61,8 +62,10 @@ struct Acting {
 /// A row made independent of the one before it, which may be of the same knot.
 #[derive(Clone, Copy, Debug)]
 struct Independent {
-    moments: Vector6<f64>,
-    alone: f64,
+    /// Row of (G | v | 0).
+    row: [f64; 8],
+    /// Entry of D⁻¹ [kg].
+    mass: f64,
     /// n₁ · n₂ and 1 / √(1 − c²) of a second row of a knot.
     second: Option<[f64; 2]>,
 }
@@ -99,67 +102,101 @@ impl Woodbury {
 
     /// j = M⁻¹ v by the Woodbury identity, O(k).
     fn solve_acting(&mut self, target: &InverseInertia) {
-        let shared = if target.inverse_mass == 0.0 { Vector6::zeros() } else { self.shared(target) };
-        for i in 0..self.acting.len() {
-            let row = self.independent(i);
-            let mut impulse = row.alone - self.acting[i].mass * row.moments.dot(&shared);
+        let Woodbury { arch, acting, independent } = self;
+        independent.clear();
+        let mut before = None;
+        for contact in acting.iter() {
+            let first = before.replace(contact).filter(|before: &&Acting| before.knot == contact.knot);
+            independent.push(first.map_or_else(|| contact.alone(), |first| contact.beside(first)));
+        }
+        let shared = if target.inverse_mass == 0.0 { [0.0; 6] } else { shared(*arch, independent, target) };
+        for i in 0..acting.len() {
+            let row = &independent[i];
+            let turned: f64 = row.row.iter().zip(&shared).map(|(own, shared)| own * shared).sum();
+            let mut impulse = row.mass * (row.row[6] - turned);
             if let Some([cosine, scale]) = row.second {
                 impulse *= scale;
-                self.acting[i - 1].impulse -= cosine * impulse;
+                acting[i - 1].impulse -= cosine * impulse;
             }
-            self.acting[i].impulse = impulse;
+            acting[i].impulse = impulse;
         }
     }
+}
 
-    /// (W⁻¹ + Gᵀ D⁻¹ G)⁻¹ Gᵀ D⁻¹ v.
-    fn shared(&self, target: &InverseInertia) -> Vector6<f64> {
-        let mut core = Matrix6::zeros();
-        let inertia = target.inverse_inertia.try_inverse().unwrap_or_default();
-        core.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
-        for axis in 0..3 {
-            core[(axis, axis)] = 1.0 / target.inverse_mass;
-        }
-        let mut pull = Vector6::zeros();
-        for (i, &Acting { mass, .. }) in self.acting.iter().enumerate() {
-            let Independent { moments, alone, .. } = self.independent(i);
-            // The lower half, which is all that is read.
-            for column in 0..6 {
-                let weighed = mass * moments[column];
-                for row in column..6 {
-                    core[(row, column)] += weighed * moments[row];
+/// (W⁻¹ + Gᵀ D⁻¹ G)⁻¹ Gᵀ D⁻¹ v, by blocks of what moves and what turns: each is symmetric and positive definite, for mass and
+/// inertia are, and the rest is a sum of squares.
+fn shared(arch: Arch, rows: &[Independent], target: &InverseInertia) -> [f64; 6] {
+    let sums = arch.dispatch(WeighedProducts { rows });
+    let block = |from: usize, to: usize| Matrix3::from_fn(|i, j| sums[from + i][to + j]);
+    let pull = |from: usize| Vector3::from_fn(|i, _| sums[from + i][6]);
+    let inverse = |matrix: Matrix3<f64>| matrix.try_inverse().unwrap_or_default();
+    let moving = inverse(block(0, 0) + Matrix3::from_diagonal_element(1.0 / target.inverse_mass));
+    let turning = block(3, 3) + inverse(target.inverse_inertia);
+    let both = block(0, 3);
+    let carried = moving * both;
+    let turn = inverse(turning - both.tr_mul(&carried)) * (pull(3) - carried.tr_mul(&pull(0)));
+    let motion = moving * pull(0) - carried * turn;
+    [motion.x, motion.y, motion.z, turn.x, turn.y, turn.z]
+}
+
+/// The columns of Gᵀ D⁻¹ (G | v | 0), for the widest vectors of the processor.
+struct WeighedProducts<'a> {
+    rows: &'a [Independent],
+}
+
+impl WithSimd for WeighedProducts<'_> {
+    type Output = [[f64; 8]; 6];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [[f64; 8]; 6] {
+        // As many of the eight as there are vectors for eight numbers.
+        let mut sums = [[simd.splat_f64s(0.0); 8]; 6];
+        for Independent { row, mass, .. } in self.rows {
+            let (vectors, _) = S::as_simd_f64s(row);
+            for (sums, own) in sums.iter_mut().zip(row) {
+                let weighed = simd.splat_f64s(mass * own);
+                for (sum, other) in sums.iter_mut().zip(vectors) {
+                    *sum = simd.add_f64s(*sum, simd.mul_f64s(weighed, *other));
                 }
             }
-            pull += moments * alone;
         }
-        // Symmetric and positive definite: mass and inertia are, and the rest is a sum of squares.
-        core.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&pull))
-    }
-
-    /// The contact at `index`, made independent of the one before it.
-    #[inline]
-    fn independent(&self, index: usize) -> Independent {
-        let contact = &self.acting[index];
-        let before = index.checked_sub(1).map(|before| &self.acting[before]);
-        let Some(first) = before.filter(|before| before.knot == contact.knot) else {
-            return Independent { moments: contact.moments, alone: contact.alone, second: None };
-        };
-        let normal = |of: &Acting| of.moments.fixed_rows::<3>(0).into_owned();
-        let cosine = normal(first).dot(&normal(contact));
-        let scale = 1.0 / (1.0 - cosine * cosine).sqrt();
-        Independent {
-            moments: scale * (contact.moments - cosine * first.moments),
-            alone: scale * (contact.alone - cosine * first.alone),
-            second: Some([cosine, scale]),
+        let mut found = [[0.0; 8]; 6];
+        for (found, sums) in found.iter_mut().zip(&sums) {
+            let (vectors, _) = S::as_mut_simd_f64s(found);
+            for (vector, sum) in vectors.iter_mut().zip(sums) {
+                *vector = *sum;
+            }
         }
+        found
     }
 }
 
 impl Acting {
     fn of(index: usize, row: &ContactRow, wanted: f64) -> Acting {
         let (n, turn) = (row.normal, row.arm.unwrap_or_default().cross(&row.normal));
-        let moments = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
-        let mass = 1.0 / row.inverse_mass;
-        Acting { index, knot: row.weights.first(), moments, mass, alone: mass * wanted, impulse: 0.0 }
+        Acting {
+            index,
+            knot: row.weights.first(),
+            row: [n.x, n.y, n.z, turn.x, turn.y, turn.z, wanted, 0.0],
+            mass: 1.0 / row.inverse_mass,
+            impulse: 0.0,
+        }
+    }
+
+    /// Of a knot with no other.
+    fn alone(&self) -> Independent {
+        Independent { row: self.row, mass: self.mass, second: None }
+    }
+
+    /// Independent of the `first` of its knot.
+    fn beside(&self, first: &Acting) -> Independent {
+        let cosine: f64 = (0..3).map(|axis| first.row[axis] * self.row[axis]).sum();
+        let scale = 1.0 / (1.0 - cosine * cosine).sqrt();
+        Independent {
+            row: std::array::from_fn(|i| scale * (self.row[i] - cosine * first.row[i])),
+            mass: self.mass,
+            second: Some([cosine, scale]),
+        }
     }
 }
 
@@ -167,7 +204,7 @@ impl Acting {
 mod tests {
     use super::*;
     use crate::contact::row::JacobianWeights;
-    use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+    use nalgebra::{DMatrix, DVector};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 

@@ -52,7 +52,7 @@ impl Inside {
 
     /// Number of `cables` between `knots` [m] that go through the target at `body`.
     pub fn count(&self, cables: &[Cable], knots: &[Vector3<f64>], body: &Body) -> usize {
-        let at: Vec<Vector3<f64>> = knots.iter().map(|knot| body.to_body(knot)).collect();
+        let at: Vec<Vector3<f64>> = knots.iter().map(body.all_to_body()).collect();
         cables.iter().filter(|cable| self.meets(at[cable.a], at[cable.b])).count()
     }
 

@@ -61,6 +61,12 @@ impl Body {
         self.attitude.inverse_transform_vector(&(point - self.position))
     }
 
+    /// The same of many points: the turn is made a matrix once.
+    pub fn all_to_body(&self) -> impl Fn(&Vector3<f64>) -> Vector3<f64> + use<> {
+        let (turn, position) = (self.attitude.to_rotation_matrix(), self.position);
+        move |point| turn.inverse_transform_vector(&(point - position))
+    }
+
     /// A point of the body frame, where it is now [m].
     #[inline]
     pub fn to_local(&self, point: &Vector3<f64>) -> Vector3<f64> {

@@ -30,7 +30,7 @@
 
 use pulp::{Arch, NullaryFnOnce};
 
-use super::kernel::{CableRun, CableRuns, Components};
+use super::kernel::{CableRun, CableRuns, Components, slices};
 use crate::cable::{Cable, stored_between, taut_force};
 
 /// β: how much of the motion of its ends a cable's debt may take.
@@ -242,28 +242,6 @@ impl NullaryFnOnce for SecantPart<'_> {
         }
         secant.settle_all(strands, step)
     }
-}
-
-impl CableRun {
-    /// At most `length` cables of it from `start`.
-    #[inline(always)]
-    fn piece(&self, start: usize, length: usize) -> CableRun {
-        let length = length.min(self.length - start);
-        CableRun {
-            first: self.first + start,
-            length,
-            a: self.a + start,
-            b: self.b + start,
-            family: self.family,
-        }
-    }
-}
-
-/// The three components of `of`, from `start`, `length` of them.
-#[inline(always)]
-fn slices(of: &Components, start: usize, length: usize) -> [&[f64]; 3] {
-    let [x, y, z] = of;
-    [&x[start..start + length], &y[start..start + length], &z[start..start + length]]
 }
 
 #[inline(always)]
