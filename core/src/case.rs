@@ -130,21 +130,16 @@ impl Case {
             let target = scene.target.as_ref().map(|spec| Target::build(spec, &files, "target", problems));
             (net, target, uncertain)
         };
-        let readable = |mut scene: Scene, problems: &mut Problems| drop(parts(&mut scene, false, problems));
+        let readable = |mut scene: Scene, is_stepped: bool, problems: &mut Problems| {
+            let (net, target, _) = parts(&mut scene, false, problems);
+            if let (true, Some(net), Some(target)) = (is_stepped, net, all_of(target)) {
+                choose_step(&mut scene, &net, target.as_ref(), limits, problems);
+            }
+        };
         let case = source.scene(&mut problems, readable).and_then(|mut scene| {
             let (net, target, uncertain) = parts(&mut scene, true, &mut problems);
-            let net = net?;
-            let target = match target {
-                Some(None) => return None,
-                Some(built) => built,
-                None => None,
-            };
-            scene.solver.integrator = stability::integrator(scene.solver.integrator, &net);
-            let demands = demands(&scene, &net, target.as_ref());
-            let limits_of_step = step::method(&scene.solver).limits(&demands);
-            let time_step = limits_of_step.chosen;
-            checks::check_built(&scene, &demands, &limits_of_step, limits, &mut problems);
-            scene.solver.step_s = Some(Positive(limits_of_step.written));
+            let (net, target) = (net?, all_of(target)?);
+            let time_step = choose_step(&mut scene, &net, target.as_ref(), limits, &mut problems);
             let hash = hash(&scene, target.as_ref());
             let limits = *limits;
             let mut case = Case {
@@ -280,6 +275,30 @@ impl Case {
     pub fn steps_per_frame(&self) -> u64 {
         (self.scene.output.sample_s.0 / self.built.time_step.step).round().max(1.0) as u64
     }
+}
+
+/// The target, or that there is none; none where there is one that could not be built.
+fn all_of(target: Option<Option<Target>>) -> Option<Option<Target>> {
+    match target {
+        Some(None) => None,
+        built => Some(built.flatten()),
+    }
+}
+
+/// The step of a run with `net` and `target`, which is written to `scene`, and what they do not allow it.
+fn choose_step(
+    scene: &mut Scene,
+    net: &Net,
+    target: Option<&Target>,
+    limits: &Limits,
+    problems: &mut Problems,
+) -> TimeStep {
+    scene.solver.integrator = stability::integrator(scene.solver.integrator, net);
+    let demands = demands(scene, net, target);
+    let steps = step::method(&scene.solver).limits(&demands);
+    checks::check_built(scene, &demands, &steps, limits, problems);
+    scene.solver.step_s = Some(Positive(steps.written));
+    steps.chosen
 }
 
 /// What `scene` demands of a step.

@@ -151,8 +151,12 @@ impl Source {
     }
 
     /// Reads the JSON as a scene; faults go to `problems`, with those that `check` finds in what can be read
-    /// where not all can.
-    pub fn scene(&self, problems: &mut Problems, check: impl FnOnce(Scene, &mut Problems)) -> Option<Scene> {
+    /// where not all can: it hears whether all that the step is chosen by can.
+    pub fn scene(
+        &self,
+        problems: &mut Problems,
+        check: impl FnOnce(Scene, bool, &mut Problems),
+    ) -> Option<Scene> {
         let scene = read::typed(&self.json, "", problems);
         // More would not be kept.
         if scene.is_none()
@@ -160,7 +164,7 @@ impl Source {
             && let Some(repaired) = repair::repaired(&self.json, &problems.list)
         {
             let mut meant = Problems::new(&self.input);
-            check(repaired.scene.clone(), &mut meant);
+            check(repaired.scene.clone(), repaired.is_stepped_as_written(), &mut meant);
             for problem in meant.list.into_iter().filter(|problem| repaired.is_genuine(&problem.place)) {
                 problems.add(problem.place, problem.found, problem.allowed);
             }

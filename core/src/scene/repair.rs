@@ -40,7 +40,17 @@ pub fn repaired(json: &Value, faults: &[Problem]) -> Option<Repaired> {
 /// How places in a shape begin that stands in the scene itself.
 const SHAPE: &str = "target.shape.";
 
+/// What the step is chosen by.
+const OF_THE_STEP: [&str; 8] =
+    ["duration_s", "net", "launch", "target", "solver", "output", "effects.closing", "effects.tug"];
+
 impl Repaired {
+    /// Whether all that the step is chosen by stands as it was written.
+    pub fn is_stepped_as_written(&self) -> bool {
+        let is_other = |repaired: &String| OF_THE_STEP.iter().all(|section| !related(repaired, section));
+        self.places.iter().all(is_other)
+    }
+
     /// Whether a fault that was found at `place` is one of the scene as it was written.
     pub fn is_genuine(&self, place: &str) -> bool {
         let own = [place];
@@ -52,11 +62,16 @@ impl Repaired {
 /// What else a fault at `place` may come from.
 fn needs(place: &str) -> &'static [&'static str] {
     match place.split(['.', '[', '(']).next().unwrap_or_default() {
-        "duration_s" | "solver" => &["duration_s", "solver", "net", "launch", "target", "output"],
+        "duration_s" => &OF_THE_STEP,
+        "solver" if place == "solver.step_s" => &OF_THE_STEP,
+        // How the parts of a method go together.
+        "solver" => &["solver"],
         "output" => &["duration_s", "net"],
         "capture" => &["duration_s", "target"],
         "expect" => &["target"],
-        "effects" => &["target", "launch"],
+        "effects" if place.contains(".trigger.") || place.contains(".start.") => &["target"],
+        "effects" if place.starts_with("effects.chaser") => &["launch"],
+        "effects" if place.ends_with("_contact") => &["solver"],
         "net" if place.starts_with("net.meshes") || place.starts_with("net.fold") => {
             &["net.meshes", "net.middle_knots", "net.fold"]
         }
@@ -150,6 +165,22 @@ mod tests {
             assert!(found.iter().any(|known| known == place), "{place} not in {found:?}");
         }
         assert_eq!(found.len(), 7, "{found:?}"); // the band is none, besides
+    }
+
+    #[test]
+    fn a_fault_elsewhere_hides_none_of_the_method_nor_of_its_step() {
+        let mut bad = scene();
+        bad["effects"] = json!({ "frictoin": {} });
+        bad["solver"] =
+            json!({ "step_s": 0.9, "cables": "explicit", "contact": "penalty", "restitution": 0.5 });
+        bad["target"]["distance_m"] = json!(0.1);
+        assert_eq!(
+            places(bad.clone()),
+            ["effects.frictoin", "solver.restitution", "solver.step_s", "target.distance_m", "solver.step_s"]
+        );
+        // With another net another step might do.
+        bad["net"]["bullet_mass_kg"] = json!(-1);
+        assert_eq!(places(bad), ["net.bullet_mass_kg", "effects.frictoin", "solver.restitution"]);
     }
 
     #[test]

@@ -527,7 +527,7 @@ impl SceneOf<'_> {
             return None;
         }
         let mut own = Problems::new("");
-        let filled = source.scene(&mut own, |_, _| ()).map(|scene| scene.written_out());
+        let filled = source.scene(&mut own, |_, _, _| ()).map(|scene| scene.written_out());
         match filled {
             Some(filled) => source.json = filled,
             // With all its faults, not only those of single values.
