@@ -401,7 +401,7 @@ fn a_cable_that_rocks_on_a_ball_is_held_where_it_is_nearest() {
 /// Nets that threads draw around the edges of a Cubesat. Cables that slid over an edge and turned meanwhile were pushed out of it
 /// again: 1.1e-3 and 1.7e-3 with a cinch, 5.9e-3 at most with a free thread. And a cinch whose bunched segments were not settled
 /// pulled with no winch behind it: 3.8e-3 and 1.1e-2 with friction. One that pushed for what was foreseen to press it gave 5e-3 in one of
-/// eight tubes.
+/// eight tubes. Segments that began each step from nothing and told each other in two passes, all in one direction, gave 1.6e-2 in one of 48.
 #[test]
 fn what_threads_draw_around_edges_makes_little() {
     let (cables, friction) = ("effects.cable_contact={}", r#"effects.friction={"coefficient":0.3}"#);

@@ -45,6 +45,19 @@
 //! knots together at 8 m/s in each sub-step, the segment pushed them apart at 8 m/s before, and one tube of eight gave 5e-3
 //! that way, 1e-5 so. A pull may be less for it; not to hear it at all made the `cinch`es 1.8e-4 and 7.7e-4.
 //!
+//! **Many short segments.** Each is held where its neighbours were in the pass before, so what a row of bunched ones needs goes from
+//! one to the next, pass by pass: five of a `cinch` beside a bullet, far from settled in ten passes, lengthened at 0.1 N under a
+//! winch of 1 N, and the thread gave a tenth more than the winch did. So they begin with the share of the pull that they had in the
+//! step before, and passes go forth and back, the last one forth. Created by Cubesats about z with friction, in the middle and at most:
+//!
+//! | | `cinch`, of 128 | `tube`, of 128 |
+//! |---|---|---|
+//! | from nothing, forth; a tube in two passes | 6e-5, 1.7e-3 | 2.5e-6, 1.6e-2 (of 48) |
+//! | with the last share, forth; a tube in three | 3.8e-5, 2.9e-4 | 3.8e-6, 2.8e-4 (of 256) |
+//! | so | 3.8e-5, 6.3e-4 | 3.8e-6, 3.4e-5 |
+//!
+//! Long segments begin with no pull: 48 tubes about x made 1.4e-4 and 1.3e-3 where they began with the last, for 1.6e-5 and 7e-5.
+//!
 //! **Capstan friction.** Where the thread turns by φ its tension falls by e^(−μφ), counted from the
 //! nearest end that is wound. It enters as a weight on each segment's pull (w = Σ gⱼ · fⱼ / mⱼ with
 //! the weighted gradient f), for a thread that slides towards that end; a thread at rest may bear
@@ -85,9 +98,10 @@ impl ThreadSweeps {
     ///
     /// A long thread takes more, where many of its segments are bunched: around the mouth of a Cubesat's net (`cinch`, 45
     /// segments), with friction, eight members of 3 s, 2, 4, 6 and 10 passes made at most 1.0e-3 (7.7e-3 with whole cables), 8e-4, 3e-4
-    /// and 7e-5 in 1, 1.2, 1.3 and 1.6 times the time. Joints' steps, which are cut, gain nothing by it.
+    /// and 7e-5 in 1, 1.2, 1.3 and 1.6 times the time; of 128, 5, 7 and 10 made 1.2e-3, 1.3e-3 and 6e-4. Joints' steps, which are cut,
+    /// gain nothing by it.
     pub const IN_SUBSTEPS: ThreadSweeps =
-        ThreadSweeps { sweeps: 1, passes: 2, most_passes: 10, tolerance: 1e-7 };
+        ThreadSweeps { sweeps: 1, passes: 3, most_passes: 10, tolerance: 1e-7 };
 }
 
 /// A segment is long, and pulled along the line it has at the start of the step, when its knots
@@ -196,15 +210,24 @@ pub struct Thread {
     all_long: bool,
 }
 
-/// How the rest of the world lengthens short segments within a step, as the last steps tell; what
-/// comes at once, as a hit does, is met a few steps late.
+/// What the last steps tell of the next: how the rest of the world lengthens short segments within a step, and what they
+/// pulled with. What comes at once, as a hit does, is met a few steps late.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Foresight {
     /// The step under way [s]; 0: none.
     step: f64,
-    /// Of each segment the rate at which it is lengthened [m/s²], and its length to come if nothing does [m]; that only
-    /// where it is short.
-    segments: Vec<(f64, Option<f64>)>,
+    segments: Vec<Foreseen>,
+}
+
+/// What is foreseen of a segment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Foreseen {
+    /// Rate at which it is lengthened [m/s²].
+    rate: f64,
+    /// Its length to come if nothing lengthens it [m]; only where it is short.
+    expected: Option<f64>,
+    /// Its tension over that of the thread [-]; only where it is short.
+    share: f64,
 }
 
 /// A stretch of thread between two nodes.
@@ -220,6 +243,8 @@ struct Segment {
     pull: Vector3<f64>,
     /// Speed at which the rest of the world will part its nodes within the step, as far as can be foreseen [m/s].
     parted: f64,
+    /// Part of the thread's pull that it is likely to have [-].
+    guess: f64,
     /// Whether its nodes would meet within a few steps.
     is_short: bool,
 }
@@ -347,22 +372,29 @@ impl Thread {
     /// Begins a step of `step` seconds after which others change the velocities again, and hears what they did last.
     pub fn foresee(&mut self, step: f64) {
         let Foresight { step: last, segments } = &mut self.foresight;
-        segments.resize(self.segments.len(), (0.0, None));
-        for (segment, (rate, expected)) in self.segments.iter_mut().zip(segments) {
-            let met = expected.take().map_or(0.0, |length| (segment.length - length) / (*last * *last));
-            *rate += FOLLOW * (met - *rate);
-            segment.parted = step * *rate;
+        segments.resize(self.segments.len(), Foreseen::default());
+        for (segment, seen) in self.segments.iter_mut().zip(segments) {
+            let met = seen.expected.take().map_or(0.0, |length| (segment.length - length) / (*last * *last));
+            seen.rate += FOLLOW * (met - seen.rate);
+            segment.parted = step * seen.rate;
+            segment.guess = seen.share;
         }
         *last = step;
     }
 
-    /// Takes down how long short segments will be if the rest of the world does nothing.
+    /// Takes down how long short segments will be if the rest of the world does nothing, and how hard they pulled.
     pub fn expect(&mut self, knots: &Knots, step: f64) {
         let at = |node: &Node| node.place_after(step, knots, &self.anchor);
-        for ((segment, (_, expected)), nodes) in
+        let impulse = self.impulse.max(f64::MIN_POSITIVE);
+        for ((segment, seen), nodes) in
             self.segments.iter().zip(&mut self.foresight.segments).zip(self.nodes.windows(2))
         {
-            *expected = segment.is_short.then(|| (at(&nodes[1]) - at(&nodes[0])).norm());
+            seen.expected = segment.is_short.then(|| (at(&nodes[1]) - at(&nodes[0])).norm());
+            seen.share = if segment.is_short {
+                (segment.along.dot(&segment.pull) / impulse).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
         }
     }
 
@@ -415,7 +447,7 @@ impl Thread {
         }
         let mut settled = false;
         let passes = effort.passes.max((self.segments.len() / SETTLES).min(effort.most_passes));
-        for _ in 0..passes {
+        for pass in 0..passes {
             let length = self.length_ahead(step);
             let impulse = ask.solve(length, self.impulse, self.inverse_mass, step);
             let tolerance = effort.tolerance * impulse;
@@ -423,7 +455,10 @@ impl Thread {
             if settled && (impulse - self.impulse).abs() <= tolerance {
                 break;
             }
-            let change = self.apply(step, impulse);
+            if pass == 0 {
+                self.guess(impulse);
+            }
+            let change = self.apply(step, impulse, (passes - pass).is_multiple_of(2));
             // Exact but for the curvature, and for what short segments do.
             self.length_at_end -= step * self.inverse_mass * (impulse - self.impulse);
             self.impulse = impulse;
@@ -439,12 +474,28 @@ impl Thread {
         changed
     }
 
-    /// Gives every segment its part of the pull `impulse`; the largest change of any.
-    fn apply(&mut self, step: f64, impulse: f64) -> f64 {
+    /// Gives short segments, once, the part of the pull `impulse` that they had in the step before: they tell each other what they need
+    /// but one by one, pass by pass.
+    fn guess(&mut self, impulse: f64) {
+        for (segment, slots) in self.segments.iter_mut().zip(self.slots.windows(2)) {
+            let guess = std::mem::take(&mut segment.guess);
+            if guess != 0.0 {
+                segment.pull = guess * impulse * segment.along;
+                self.velocity[slots[0]] += self.inverse_masses[slots[0]] * segment.pull;
+                self.velocity[slots[1]] -= self.inverse_masses[slots[1]] * segment.pull;
+            }
+        }
+    }
+
+    /// Gives every segment its part of the pull `impulse`, from the first on or `backwards`; the largest change of any.
+    fn apply(&mut self, step: f64, impulse: f64, backwards: bool) -> f64 {
         let mut largest = 0.0_f64;
         self.all_long = true;
-        for (segment, slots) in self.segments.iter_mut().zip(self.slots.windows(2)) {
-            let [a, b] = [slots[0], slots[1]];
+        let last = self.segments.len() - 1;
+        for index in 0..=last {
+            let index = if backwards { last - index } else { index };
+            let segment = &mut self.segments[index];
+            let [a, b] = [self.slots[index], self.slots[index + 1]];
             let (inverse_a, inverse_b) = (self.inverse_masses[a], self.inverse_masses[b]);
             let pair = inverse_a + inverse_b;
             let most = segment.share * impulse;
