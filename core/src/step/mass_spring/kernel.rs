@@ -16,8 +16,8 @@ use crate::net::Net;
 use crate::solver::Integrator;
 use crate::state::Knots;
 
-/// Cables whose forces are found together, and then added up. With 32 the ends of the loops, with 128 a third of the time less
-/// for a net of 10 x 10 meshes: between vectors on the heap and those that are read a loop first has to be told apart.
+/// Cables whose forces are found together, and then added up. What is found goes to memory of its own, which the loop is told of: whether vectors
+/// overlap with one of those that are read was asked at each loop, for a third of its time. With 32 the ends of the loops take that instead.
 const CHUNK: usize = 128;
 
 /// Three components, an array each.
@@ -55,6 +55,20 @@ pub(super) struct CableRuns {
     pub(super) tension: Vec<f64>,
     /// Cable of the net at each place; none for a bridge.
     cable: Vec<Option<usize>>,
+    /// Kept for its memory.
+    found: Option<Box<Found>>,
+}
+
+/// Tensions of cables and forces on their first ends [N].
+struct Found {
+    tension: [f64; CHUNK],
+    pull: [[f64; CHUNK]; 3],
+}
+
+impl Default for Found {
+    fn default() -> Found {
+        Found { tension: [0.0; CHUNK], pull: [[0.0; CHUNK]; 3] }
+    }
 }
 
 /// Cables `first..first + length`, from knots `a..` to knots `b..`.
@@ -410,6 +424,7 @@ impl CableRuns {
             gentle: Vec::new(),
             tension: Vec::new(),
             cable: Vec::new(),
+            found: None,
         };
         for (apart, a, index) in order {
             let family = usize::from(index >= along_y);
@@ -448,12 +463,14 @@ impl CableRuns {
         for forces in force.iter_mut() {
             forces.fill(0.0);
         }
+        let mut found = self.found.take().unwrap_or_default();
         for run in 0..self.runs.len() {
             for start in (0..self.runs[run].length).step_by(CHUNK) {
                 let piece = self.runs[run].piece(start, CHUNK);
-                self.pull_piece(&piece, position, velocity, force);
+                self.pull_piece(&piece, position, velocity, force, &mut found);
             }
         }
+        self.found = Some(found);
     }
 
     /// T = max(0, k (r − l₀) + c ṙ) while r > l₀, along the line between the ends (Eq. 3.3).
@@ -464,15 +481,14 @@ impl CableRuns {
         position: &Components,
         velocity: &Components,
         force: &mut Components,
+        found: &mut Found,
     ) {
         let &CableRun { first, length: n, a, b, .. } = piece;
         let ([xa, ya, za], [xb, yb, zb]) = (slices(position, a, n), slices(position, b, n));
         let ([ua, va, wa], [ub, vb, wb]) = (slices(velocity, a, n), slices(velocity, b, n));
         let (stiffness, damping) = (&self.stiffness[first..first + n], &self.damping[first..first + n]);
         let rest_length = &self.rest_length[first..first + n];
-        // On the stack, apart from all that is read: vectors would be compared with each of them first, run by run.
-        let mut found = [[0.0; CHUNK]; 4];
-        let [tension, px, py, pz] = &mut found;
+        let Found { tension, pull: [px, py, pz] } = found;
         let (tension, px, py, pz) = (&mut tension[..n], &mut px[..n], &mut py[..n], &mut pz[..n]);
         for i in 0..n {
             let (dx, dy, dz) = (xb[i] - xa[i], yb[i] - ya[i], zb[i] - za[i]);
