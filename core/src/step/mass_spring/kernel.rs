@@ -56,18 +56,18 @@ pub(super) struct CableRuns {
     /// Cable of the net at each place; none for a bridge.
     cable: Vec<Option<usize>>,
     /// Kept for its memory.
-    found: Option<Box<Found>>,
+    found: Option<Box<PieceForces>>,
 }
 
 /// Tensions of cables and forces on their first ends [N].
-struct Found {
+struct PieceForces {
     tension: [f64; CHUNK],
     pull: [[f64; CHUNK]; 3],
 }
 
-impl Default for Found {
-    fn default() -> Found {
-        Found { tension: [0.0; CHUNK], pull: [[0.0; CHUNK]; 3] }
+impl Default for PieceForces {
+    fn default() -> PieceForces {
+        PieceForces { tension: [0.0; CHUNK], pull: [[0.0; CHUNK]; 3] }
     }
 }
 
@@ -481,14 +481,14 @@ impl CableRuns {
         position: &Components,
         velocity: &Components,
         force: &mut Components,
-        found: &mut Found,
+        found: &mut PieceForces,
     ) {
         let &CableRun { first, length: n, a, b, .. } = piece;
         let ([xa, ya, za], [xb, yb, zb]) = (slices(position, a, n), slices(position, b, n));
         let ([ua, va, wa], [ub, vb, wb]) = (slices(velocity, a, n), slices(velocity, b, n));
         let (stiffness, damping) = (&self.stiffness[first..first + n], &self.damping[first..first + n]);
         let rest_length = &self.rest_length[first..first + n];
-        let Found { tension, pull: [px, py, pz] } = found;
+        let PieceForces { tension, pull: [px, py, pz] } = found;
         let (tension, px, py, pz) = (&mut tension[..n], &mut px[..n], &mut py[..n], &mut pz[..n]);
         for i in 0..n {
             let (dx, dy, dz) = (xb[i] - xa[i], yb[i] - ya[i], zb[i] - za[i]);
