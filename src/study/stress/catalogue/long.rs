@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{COARSE, LATE_THREAD, OVERLAPS, RISES, SOFT, TOO_LONG, net, with, with_target};
+use super::{BY_CHANCE, COARSE, LATE_THREAD, OVERLAPS, RISES, SOFT, TOO_LONG, net, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
 
 /// Measured over the minute at the limit of 5 N: 2.1e-2 with responses of our own.
@@ -34,7 +34,7 @@ fn spins() -> [StressCase; 4] {
             "its ends move at three times the speed of the shot",
             into(json!([30.0, 0.0, 0.0]), 1.0),
         )
-        .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS)
+        .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &BY_CHANCE)
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
             Theme::HighSpin,
@@ -81,7 +81,8 @@ fn jams() -> [StressCase; 3] {
             with(caught.clone(), closing("tube", 5.0)),
         )
         .once()
-        .limited("joints+impulse", LATE_THREAD, &[], &TURNS),
+        .limited("joints+impulse", LATE_THREAD, &[], &TURNS)
+        .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &BY_CHANCE),
         StressCase::new(
             Theme::Jam,
             "clamped-between-threads",
