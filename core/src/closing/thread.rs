@@ -54,7 +54,8 @@
 //! |---|---|---|
 //! | from nothing, forth; a tube in two passes | 6e-5, 1.7e-3 | 2.5e-6, 1.6e-2 (of 48) |
 //! | with the last share, forth; a tube in three | 3.8e-5, 2.9e-4 | 3.8e-6, 2.8e-4 (of 256) |
-//! | so | 3.8e-5, 6.3e-4 | 3.8e-6, 3.4e-5 |
+//! | forth and back | 3.8e-5, 6.3e-4 | 3.6e-6, 1.7e-4 (of 256) |
+//! | so, with a `FOLLOW` of 0.7 for 0.2 | 3.0e-5, 6.1e-4 | 3.5e-6, 5.1e-4 (of 256) |
 //!
 //! Long segments begin with no pull: 48 tubes about x made 1.4e-4 and 1.3e-3 where they began with the last, for 1.6e-5 and 7e-5.
 //!
@@ -115,7 +116,7 @@ const SETTLES: usize = 5;
 
 /// Share by which what is foreseen follows the last step. Behind it a segment lengthens with less than the thread's pull: 16 Cubesats about
 /// z with a `cinch` and friction, under joints+rapier, made 1.4e-3 of the energy in the middle with 0.2, 8e-4 with 0.4, 5e-4 with 0.7 and 7e-4
-/// with 1 (4e-3 at most with any, in single steps that nothing foretells), explicit ones 4e-5, 3.6e-5 and 3.3e-5 with 0.2, 0.5 and 0.8.
+/// with 1 (4e-3 to 6e-3 at most with any), explicit ones 4e-5, 3.6e-5 and 3.3e-5 with 0.2, 0.5 and 0.8.
 const FOLLOW: f64 = 0.7;
 
 /// A point of a thread's way.
@@ -228,7 +229,7 @@ struct Foreseen {
     rate: f64,
     /// Its length to come if nothing lengthens it [m]; only where it is short.
     expected: Option<f64>,
-    /// Its tension over that of the thread [-]; only where it is short.
+    /// Its tension over that of the thread [-], until a pull begins with it; only where it is short.
     share: f64,
 }
 
@@ -245,8 +246,6 @@ struct Segment {
     pull: Vector3<f64>,
     /// Speed at which the rest of the world will part its nodes within the step, as far as can be foreseen [m/s].
     parted: f64,
-    /// Part of the thread's pull that it is likely to have [-].
-    guess: f64,
     /// Whether its nodes would meet within a few steps.
     is_short: bool,
 }
@@ -379,7 +378,6 @@ impl Thread {
             let met = seen.expected.take().map_or(0.0, |length| (segment.length - length) / (*last * *last));
             seen.rate += FOLLOW * (met - seen.rate);
             segment.parted = step * seen.rate;
-            segment.guess = seen.share;
         }
         *last = step;
     }
@@ -479,10 +477,11 @@ impl Thread {
     /// Gives short segments, once, the part of the pull `impulse` that they had in the step before: they tell each other what they need
     /// but one by one, pass by pass.
     fn guess(&mut self, impulse: f64) {
-        for (segment, slots) in self.segments.iter_mut().zip(self.slots.windows(2)) {
-            let guess = std::mem::take(&mut segment.guess);
-            if guess != 0.0 {
-                segment.pull = guess * impulse * segment.along;
+        let foreseen = self.foresight.segments.iter_mut();
+        for ((segment, seen), slots) in self.segments.iter_mut().zip(foreseen).zip(self.slots.windows(2)) {
+            let share = std::mem::take(&mut seen.share);
+            if share != 0.0 {
+                segment.pull = share * impulse * segment.along;
                 self.velocity[slots[0]] += self.inverse_masses[slots[0]] * segment.pull;
                 self.velocity[slots[1]] -= self.inverse_masses[slots[1]] * segment.pull;
             }

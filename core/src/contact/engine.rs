@@ -106,8 +106,7 @@ impl EngineContacts {
         for (row, index) in rows.iter().zip(of) {
             let (knot, impulse) = (row.weights.first(), row.whole_impulse());
             state.knots.velocity[knot] += row.inverse_mass * impulse;
-            body.velocity -= target.inverse_mass * impulse;
-            body.rate -= target.inverse_inertia * row.arm.unwrap_or_default().cross(&impulse);
+            target.take(&mut body, &impulse, &row.arm.unwrap_or_default().cross(&impulse));
             world.set_velocity(knot, &state.knots.velocity[knot]);
             let contact = &mut new[index];
             contact.impulse += row.impulse;

@@ -33,6 +33,13 @@ impl InverseInertia {
         InverseInertia { inverse_inertia, ..*self }
     }
 
+    /// Takes an `impulse` [N s] and its `moment` about the centre of mass [N m s] from `body`, whose this is in the local frame.
+    #[inline(always)]
+    pub fn take(&self, body: &mut Body, impulse: &Vector3<f64>, moment: &Vector3<f64>) {
+        body.velocity -= self.inverse_mass * impulse;
+        body.rate -= self.inverse_inertia * moment;
+    }
+
     /// Change of the surface's velocity along `direction` by a unit impulse along it at `arm` [1/kg].
     pub fn inverse_mass_along(&self, direction: &Vector3<f64>, arm: &Vector3<f64>) -> f64 {
         let turn = arm.cross(direction);

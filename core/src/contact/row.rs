@@ -207,8 +207,7 @@ impl ContactRow {
     ) {
         self.weights.each(|knot, weight| net.push(knot, impulse, weight));
         if let Some(arm) = self.arm {
-            body.velocity -= target.inverse_mass * impulse;
-            body.rate -= target.inverse_inertia * arm.cross(impulse);
+            target.take(body, impulse, &arm.cross(impulse));
         }
     }
 

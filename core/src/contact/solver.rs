@@ -144,8 +144,7 @@ impl ContactSolver {
             impulse += of_row;
             moment += row.arm.unwrap_or_default().cross(&of_row);
         }
-        body.velocity -= target.inverse_mass * impulse;
-        body.rate -= target.inverse_inertia * moment;
+        target.take(body, &impulse, &moment);
     }
 
     fn rub(

@@ -111,10 +111,10 @@ impl Woodbury {
         }
         let shared = if target.inverse_mass == 0.0 { [0.0; 6] } else { shared(*arch, independent, target) };
         for i in 0..acting.len() {
-            let row = &independent[i];
-            let turned: f64 = row.row.iter().zip(&shared).map(|(own, shared)| own * shared).sum();
-            let mut impulse = row.mass * (row.row[6] - turned);
-            if let Some([cosine, scale]) = row.second {
+            let Independent { row, mass, second } = &independent[i];
+            let turned: f64 = row.iter().zip(&shared).map(|(own, shared)| own * shared).sum();
+            let mut impulse = mass * (row[6] - turned);
+            if let Some([cosine, scale]) = second {
                 impulse *= scale;
                 acting[i - 1].impulse -= cosine * impulse;
             }

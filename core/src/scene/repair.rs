@@ -40,15 +40,15 @@ pub fn repaired(json: &Value, faults: &[Problem]) -> Option<Repaired> {
 /// How places in a shape begin that stands in the scene itself.
 const SHAPE: &str = "target.shape.";
 
-/// What the step is chosen by.
+/// Where the step stands, and what it is chosen by.
+const STEP: &str = "solver.step_s";
 const OF_THE_STEP: [&str; 8] =
     ["duration_s", "net", "launch", "target", "solver", "output", "effects.closing", "effects.tug"];
 
 impl Repaired {
     /// Whether all that the step is chosen by stands as it was written.
     pub fn is_stepped_as_written(&self) -> bool {
-        let is_other = |repaired: &String| OF_THE_STEP.iter().all(|section| !related(repaired, section));
-        self.places.iter().all(is_other)
+        self.is_genuine(STEP)
     }
 
     /// Whether a fault that was found at `place` is one of the scene as it was written.
@@ -63,7 +63,7 @@ impl Repaired {
 fn needs(place: &str) -> &'static [&'static str] {
     match place.split(['.', '[', '(']).next().unwrap_or_default() {
         "duration_s" => &OF_THE_STEP,
-        "solver" if place == "solver.step_s" => &OF_THE_STEP,
+        "solver" if place == STEP => &OF_THE_STEP,
         // How the parts of a method go together.
         "solver" => &["solver"],
         "output" => &["duration_s", "net"],
