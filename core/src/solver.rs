@@ -135,10 +135,10 @@ pub enum CableModel {
 impl CableModel {
     /// What contact of whole cables costs beside that of knots, in words.
     pub fn cable_contact_price(self) -> &'static str {
-        // Cubesat about x at 0.5 rad/s over 10 s: 3.7 s and 4.3 s; 1.1 s and 3.2 s. With panels: 3 s and 20 s.
+        // Four free Cubesats, 3.0 s and 4.7 s, one 0.12 s and 0.57 s; four satellites with panels 28 s and 67 s, two 4.9 s and 42 s.
         match self {
-            CableModel::Joints => "1.2 to 1.3 times the processor time",
-            CableModel::Explicit | CableModel::Ancf => "3 to 7 times the processor time",
+            CableModel::Joints => "1.5 to 2.5 times the processor time",
+            CableModel::Explicit | CableModel::Ancf => "4 to 9 times the processor time",
         }
     }
 }
