@@ -73,14 +73,22 @@ pub trait SubstepConstraint: Send {
     /// Undoes what it did since the checkpoint.
     fn rollback(&mut self);
 
-    /// Whether it was so violated since the checkpoint, or gave so much more energy than was put in, beyond `may_create`
-    /// [J], that the step is to be cut; `knots` are those at its end.
-    fn violated(&mut self, knots: &Knots, may_create: f64) -> bool;
+    /// How it fared since the checkpoint; `knots` are those at the end of the step.
+    fn fared(&mut self, knots: &Knots) -> Fared;
 
     /// Parts that a step of `step` seconds needs, lest in one of them it throws knots that others have to catch.
     fn parts(&self, _step: f64) -> u32 {
         1
     }
+}
+
+/// How a constraint fared in a step that may be taken back.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fared {
+    /// Whether it was so violated that the step is to be cut.
+    pub is_violated: bool,
+    /// Energy that it gave beyond what was put in; below 0 what it lost [J].
+    pub created: f64,
 }
 
 /// Answers contacts that the method of the run does not know of.
@@ -510,12 +518,15 @@ impl Interactions {
         self.each_contact_law(|law| law.rollback());
     }
 
-    /// Whether a constraint was so violated since the checkpoint, or created more than `may_create` [J], that the step is
-    /// to be cut.
-    pub fn violated(&mut self, knots: &Knots, may_create: f64) -> bool {
-        let mut violated = false;
-        self.each_constraint(|constraint| violated |= constraint.violated(knots, may_create));
-        violated
+    /// How constraints fared together since the checkpoint.
+    pub fn fared(&mut self, knots: &Knots) -> Fared {
+        let mut all = Fared::default();
+        self.each_constraint(|constraint| {
+            let Fared { is_violated, created } = constraint.fared(knots);
+            all.is_violated |= is_violated;
+            all.created += created;
+        });
+        all
     }
 
     /// Parts that constraints need in a step of `step` seconds.

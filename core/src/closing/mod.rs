@@ -17,7 +17,7 @@ pub mod winch;
 
 use nalgebra::Vector3;
 
-use crate::interaction::SubstepConstraint;
+use crate::interaction::{Fared, SubstepConstraint};
 use crate::state::{EffectWork, Knots};
 use layouts::Route;
 use lock::Lock;
@@ -367,16 +367,17 @@ impl SubstepConstraint for Mechanism {
         self.outside = kept.outside;
     }
 
-    /// Whether it left a thread too long, or gave more than its winches did and than it held.
-    fn violated(&mut self, knots: &Knots, may_create: f64) -> bool {
+    /// It is violated where it left a thread too long or throws a knot; it creates what it gave beyond the work of its winches and
+    /// beyond what it held.
+    fn fared(&mut self, knots: &Knots) -> Fared {
         self.finish_substep(knots);
         if !self.runs {
-            return false;
+            return Fared::default();
         }
-        let thrown = self.rate() * self.last_step > JERK * self.throw;
-        let kept = self.checkpoint.as_ref();
-        let created = kept.is_some_and(|kept| self.given() - kept.given > may_create);
-        thrown || created || self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length)
+        let is_thrown = self.rate() * self.last_step > JERK * self.throw;
+        let is_long = self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length);
+        let created = self.checkpoint.as_ref().map_or(0.0, |kept| self.given() - kept.given);
+        Fared { is_violated: is_thrown || is_long, created }
     }
 
     fn parts(&self, step: f64) -> u32 {

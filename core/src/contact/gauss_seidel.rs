@@ -177,7 +177,7 @@ fn rub_one(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::row::{JacobianWeights, MarkedKnots, Parting, PushOut};
+    use crate::contact::row::{JacobianWeights, MarkedKnots, OfParting, Parting, PushOut};
     use crate::state::Knots;
     use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
     use rand::{RngExt, SeedableRng};
@@ -320,7 +320,7 @@ mod tests {
         let mut pushed_while_parting = 0;
         for restitution in [0.5, 0.9, 1.0] {
             let push_out = PushOut::Speed(1.0);
-            let parting = Parting { restitution, push_out, in_turn: false, comes_back: true };
+            let parting = Parting { restitution, push_out, in_turn: false, of_parting: OfParting::ComesBack };
             for _ in 0..50 {
                 let inverse_mass: Vec<f64> = (0..KNOTS).map(|_| random.random_range(50.0..150.0)).collect();
                 let mut rows = random_rows(6, &inverse_mass, &mut random);

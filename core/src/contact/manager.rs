@@ -13,7 +13,7 @@ use super::engine::EngineContacts;
 use super::gauss_seidel::IterationLimits;
 use super::lookahead::Lookahead;
 use super::penalty::PenaltyForce;
-use super::row::{NetMotion, Parting, PushOut};
+use super::row::{NetMotion, OfParting, Parting, PushOut};
 use super::solver::{ContactSolver, NormalSolver};
 use super::surface::{Feature, SurfaceContacts};
 use super::woodbury::{self, Woodbury};
@@ -66,8 +66,12 @@ impl ContactSettings<'_> {
         };
         let solver = ContactSolver { normal, friction: self.friction, coupled };
         let push_out = PushOut::Speed(woodbury::PUSH_OUT);
-        let parting =
-            Parting { restitution: self.solver.restitution, push_out, in_turn: false, comes_back: false };
+        let parting = Parting {
+            restitution: self.solver.restitution,
+            push_out,
+            in_turn: false,
+            of_parting: OfParting::Held,
+        };
         let feature = Feature::knots(self.net, self.target, self.solver.precision);
         let contacts = SurfaceContacts::new(feature, self.target, self.margin, solver, parting, None);
         // Elements move half a step, are kicked, and move half a step.
@@ -99,7 +103,7 @@ impl ContactSettings<'_> {
                 restitution: if by_force { 0.0 } else { solver.restitution },
                 push_out: PushOut::of_cables(in_turn, net.launch_energy()),
                 in_turn,
-                comes_back: false,
+                of_parting: OfParting::Held,
             },
             in_turn.then_some(DRAWN_IN),
         )

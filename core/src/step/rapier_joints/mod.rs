@@ -7,11 +7,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::contact::{ContactManager, NetMotion};
 use crate::failure::{self, Cuts, Failure};
-use crate::interaction::Interactions;
+use crate::interaction::{Fared, Interactions};
 use crate::limits::Limit;
 use crate::options::{BuildContext, TimeStep};
 use crate::solver::{ContactModel, Flight, JOINTS_STEP, Solver};
-use crate::state::{Body, Knots, State, TARGET};
+use crate::state::{Body, Contact, Knots, State, TARGET};
 use crate::step::adaptive::{AdaptiveSubstep, MOST_PARTS};
 use crate::step::iterations::SolverIterations;
 use crate::step::limits::{Demands, StepLimits};
@@ -185,7 +185,7 @@ impl RapierJoints {
             gain += contact.friction_loss;
             if !state.body_models[contact.body].is_free() {
                 // The work of the moving surface comes from what drives it.
-                gain -= contact.work_on_knot + contact.loss + contact.friction_loss;
+                gain -= work_of_surface(std::slice::from_ref(contact));
             }
         }
         gain
@@ -241,8 +241,8 @@ impl RapierJoints {
             let rise = self.rise(energy_now - energy, state, with);
             // In this order what is not a number stays so.
             let gain = if rise > by_cables { rise } else { by_cables };
-            let violated = may_cut && with.violated(&state.knots, self.substep.may_create());
-            if self.substep.accept(gain, energy + by_cables, violated) {
+            let constraints = if may_cut { with.fared(&state.knots) } else { Fared::default() };
+            if self.substep.accept(gain, energy + by_cables, constraints) {
                 return Ok(cuts);
             }
             // Cables or contacts made energy, or threads are too long: back to the start, and on in more parts.
@@ -254,19 +254,19 @@ impl RapierJoints {
         }
     }
 
-    /// By how much the energy of net and free target rose within the step beyond what constraints and forces put in, where
-    /// there are contacts within it [J]; `of_net`: the net's share of it.
+    /// By how much the energy of net and target rose within the step beyond what constraints, forces and the surface of a
+    /// target that is driven put in, where there are contacts within it [J]; `of_net`: the net's share of it.
     ///
     /// What such a contact takes from light knots and cables give them back at once is no gain of the cables, so what
     /// both make is looked for in their sum.
     fn rise(&self, of_net: f64, state: &State, with: &mut Interactions) -> f64 {
-        if !(with.touch() || self.contacts.is_of_engine())
-            || state.each_body().any(|(model, _)| model.has_shape() && !model.is_free())
-        {
-            return f64::NEG_INFINITY;
+        let is_driven = state.each_body().any(|(model, _)| model.has_shape() && !model.is_free());
+        if with.touch() && !is_driven || self.contacts.is_of_engine() && !(with.touch() && is_driven) {
+            let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
+            let by_drive = if is_driven { work_of_surface(&state.contacts) } else { 0.0 };
+            return of_net + of_bodies - self.work_of_effects - by_drive;
         }
-        let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
-        of_net + of_bodies - self.work_of_effects
+        f64::NEG_INFINITY
     }
 
     /// The step in as many parts as are asked for; the work of contacts and effects on the net within it [J].
@@ -513,6 +513,11 @@ impl Stepper for RapierJoints {
         census.colliders += self.contacts.n_colliders();
         census
     }
+}
+
+/// Work of the target's surface at `contacts` [J].
+fn work_of_surface(contacts: &[Contact]) -> f64 {
+    contacts.iter().map(|contact| contact.work_on_knot + contact.loss + contact.friction_loss).sum()
 }
 
 /// How much shorter than the sub-steps of an explicit net parts of a step may be. Cables that all pull at once made 8.7e-4 of the
