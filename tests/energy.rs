@@ -67,18 +67,23 @@ fn joints_make_no_energy_in_flight_whatever_their_damping() {
     }
 }
 
-/// From the first contact on semi-implicit Euler takes over, in finer sub-steps; kept at its own it made 1.9e-2 here.
+/// From the first contact on semi-implicit Euler takes over, in finer sub-steps; kept at its own it made 1.9e-2 here with 0.003. And with half
+/// a kick: with a whole one the undamped net made 4.1e-3. Measured, the largest of eight: 4.0e-4, 5.6e-4, 5.8e-4.
 #[test]
-fn undamped_cables_in_contact_are_to_be_believed() {
-    let changes = [
-        "solver.cables=explicit",
-        "solver.contact=impulse",
-        "net.cable.damping_ratio=0.003",
-        "duration_s=1.2",
-    ];
-    let kept = kept(&common::scene("cube-fixed", &changes));
-    below("created", kept.energy_created, 1e-2);
-    assert!(!kept.is_broken());
+fn undamped_cables_in_contact_create_little_whatever_the_bounce() {
+    for (damping, restitution) in [(0.003, 0.0), (0.0, 0.0), (0.0, 1.0)] {
+        let changes = [
+            "solver.cables=explicit".to_owned(),
+            "solver.contact=impulse".to_owned(),
+            format!("solver.restitution={restitution}"),
+            format!("net.cable.damping_ratio={damping}"),
+            "duration_s=1.2".to_owned(),
+        ];
+        let case = common::scene("cube-fixed", &changes.each_ref().map(String::as_str));
+        let [_, _, largest] = common::spread(&common::ensemble(&case, 8), "conservation.energy_created");
+        println!("damping {damping}, restitution {restitution}: {largest:.1e}");
+        below("created", largest, 2e-3);
+    }
 }
 
 /// A knot at the deepest point of a penalty contact has its speed in the contact: that it comes back makes nothing.
@@ -418,5 +423,33 @@ fn what_threads_draw_around_edges_makes_little() {
         let [_, median, largest] = common::spread(&members, "conservation.energy_created");
         println!("{name}: {median:.1e}, {largest:.1e}");
         assert!(median < bounds[0] && largest < bounds[1], "{name}: {median:.1e}, {largest:.1e}");
+    }
+}
+
+/// Under joints a step that makes energy is cut, and that has to hear of all that may make it. A driven surface was not heard of: a
+/// coefficient of 10 at 20 rad/s made 1.0e-2 in the middle and 0.11 at most. What a thread gave was asked of each step alone: 1.0e-3, 5.8e-3. And
+/// strands that had gone through each other were pushed back, some this way and some that: 1.9e-4, 3e-2.
+#[test]
+fn what_rubs_winds_and_jams_under_joints_makes_little() {
+    // Median and largest of eight; measured 1.2e-4 and 1.5e-4, 1.3e-4 and 2.0e-4, 1.9e-4 and 2.0e-4.
+    for (name, changes) in [
+        (
+            "cubesat-free",
+            vec![
+                r#"effects.friction={"coefficient":10}"#,
+                "target.motion=spinning",
+                "target.spin_rad_s=[0,20,0]",
+                "duration_s=1.5",
+            ],
+        ),
+        ("cubesat-spin-x-2.0-cinch", vec![r#"effects.friction={"coefficient":0.3}"#, "duration_s=2.4"]),
+        ("cubesat-free", vec!["effects.self_contact={}", "duration_s=3"]),
+    ] {
+        let mut all = vec!["solver.cables=joints", "solver.contact=rapier"];
+        all.extend(&changes);
+        let members = common::ensemble(&common::scene(name, &all), 8);
+        let [_, median, largest] = common::spread(&members, "conservation.energy_created");
+        println!("{changes:?}: {median:.1e}, {largest:.1e}");
+        assert!(median < 4e-4 && largest < 1.5e-3, "{changes:?}: {median:.1e}, {largest:.1e}");
     }
 }

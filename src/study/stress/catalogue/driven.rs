@@ -218,8 +218,6 @@ fn together() -> [StressCase; 5] {
             "strands of the net bounce off each other, and nothing takes what that costs",
             with(small_capture(), bouncing.clone()),
         )
-        // 7e-3 in the middle of 24 members, 3.9e-2 at most; in steps of 5e-6 s 4e-4 and 2e-3.
-        .limited("joints+impulse", COARSE, &[], &[("energy", 2e-4, 0.2)])
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
             Theme::Together,
