@@ -177,7 +177,13 @@ impl MassSpring {
     }
 
     /// A sub-step: forces, then constraints and contacts, then motion. Whether constraints or contacts acted.
-    fn advance(&mut self, state: &mut State, with: &mut Interactions, kick: Kick, bounces: bool) -> bool {
+    fn advance(
+        &mut self,
+        state: &mut State,
+        with: &mut Interactions,
+        kick: SubstepKick,
+        bounces: bool,
+    ) -> bool {
         let (pushes, mut acted) = (with.push(), false);
         if bounces {
             self.unkicked.clear();
@@ -185,10 +191,10 @@ impl MassSpring {
         }
         if pushes {
             // A method that does not lag has it act all along its way.
-            self.act_at(state, if kick == Kick::Half || !self.lagged { 0.5 } else { 1.0 });
+            self.act_at(state, if kick == SubstepKick::Half || !self.lagged { 0.5 } else { 1.0 });
         }
-        self.net.kick(if kick == Kick::Whole { self.substep } else { 0.5 * self.substep });
-        if pushes && kick == Kick::HalfOfCables {
+        self.net.kick(if kick == SubstepKick::Whole { self.substep } else { 0.5 * self.substep });
+        if pushes && kick == SubstepKick::HalfOfCables {
             self.net.push_for(0.5 * self.substep);
         }
         if !self.reached.is_empty() {
@@ -257,7 +263,7 @@ impl Stepper for MassSpring {
         self.lagged = self.net.lags();
         let (began_in_time, mut acted) = (self.lagged && self.in_time, false);
         let flew = std::mem::take(&mut self.flew);
-        let (mut left, mut kick) = (self.n_substeps, Kick::first(began_in_time, flew));
+        let (mut left, mut kick) = (self.n_substeps, SubstepKick::first(began_in_time, flew));
         while left > 0 {
             acted |= self.advance(state, with, std::mem::take(&mut kick), bounces);
             left -= 1;
@@ -265,7 +271,7 @@ impl Stepper for MassSpring {
                 self.flies = false;
                 left *= self.refine();
                 (self.lagged, self.flew) = (left > 0, left == 0);
-                kick = Kick::HalfOfCables;
+                kick = SubstepKick::HalfOfCables;
             }
         }
         self.end(state, with, began_in_time, acted);
@@ -295,7 +301,7 @@ impl Stepper for MassSpring {
 
 /// What forces do in a sub-step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Kick {
+enum SubstepKick {
     /// They act for all of it.
     #[default]
     Whole,
@@ -306,13 +312,13 @@ enum Kick {
     HalfOfCables,
 }
 
-impl Kick {
+impl SubstepKick {
     /// That of the first sub-step of a step.
-    fn first(began_in_time: bool, flew: bool) -> Kick {
+    fn first(began_in_time: bool, flew: bool) -> SubstepKick {
         match (began_in_time, flew) {
-            (true, _) => Kick::Half,
-            (false, true) => Kick::HalfOfCables,
-            (false, false) => Kick::Whole,
+            (true, _) => SubstepKick::Half,
+            (false, true) => SubstepKick::HalfOfCables,
+            (false, false) => SubstepKick::Whole,
         }
     }
 }
