@@ -1,14 +1,14 @@
 //! The native part of the Python package `tumblenet`: the library's public interface as Python's classes and numpy's
-//! arrays, and nothing of its own but the thrust of [`controls`].
+//! arrays, and nothing of its own but the thrust of `controls`.
 //!
 //! | module | subject |
 //! |---|---|
-//! | [`errors`], [`json`], [`arrays`], [`body`] | what travels between both languages |
-//! | [`interrupt`] | long work without the interpreter's lock, which Ctrl-C ends |
-//! | [`scene`], [`result`] | a checked scene; a finished run |
-//! | [`controls`], [`simulation`] | a run under way |
-//! | [`batch`], [`members`] | many runs |
-//! | [`episodes`] | many runs under way, for who learns when to close |
+//! | `errors`, `json`, `arrays`, `body` | what travels between both languages |
+//! | `interrupt` | long work without the interpreter's lock, which Ctrl-C ends |
+//! | `scene`, `result` | a checked scene; a finished run |
+//! | `controls`, `simulation` | a run under way |
+//! | `batch`, `members` | many runs |
+//! | `episodes` | many runs under way, for who learns when to close |
 
 mod arrays;
 mod batch;
