@@ -27,8 +27,8 @@
 //! |---|---|---|
 //! | joints+rapier, 0.1 | 3e-2, 10 of 48 | 2e-4, 0 of 48 |
 //! | joints+rapier, 0.9 | 1.1e-2, 13 of 48 | 2.9e-3, 4 of 48 |
-//! | explicit+impulse, 0.1 | 1e-2, 7 of 16 | 1.3e-3, 3 of 16 |
-//! | explicit+impulse, 0.9 | 5.7e-3, 3 of 16 | 9e-4, 0 of 16 |
+//! | explicit+impulse, 0.1 | 1e-2, 7 of 16 | 1.3e-3, 3 of 32 |
+//! | explicit+impulse, 0.9 | 5.7e-3, 3 of 16 | 6.4e-3, 4 of 32 |
 //! | explicit+penalty, 0.1 | 1.9e-3, 1 of 16 | 4e-4, 0 of 16 |
 //!
 //! (Joints with what parts coming back as fast, see [`OfParting`], in the second column.)
