@@ -195,7 +195,7 @@ impl EnergyAudit {
                 let impulse = contact.impulse_on_knot();
                 self.outside_impulse += impulse;
                 self.outside_angular_impulse += contact.moment;
-                self.ledger.drive += contact.work_on_knot + contact.loss + contact.friction_loss;
+                self.ledger.drive += contact.work_of_surface();
             }
         }
         let moved = before.knots.position.iter().zip(&after.knots.position);

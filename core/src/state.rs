@@ -108,6 +108,12 @@ pub struct Contact {
 }
 
 impl Contact {
+    /// Work of the other side's surface [J]: what the net got, and what was lost on the way.
+    #[inline]
+    pub fn work_of_surface(&self) -> f64 {
+        self.work_on_knot + self.loss + self.friction_loss
+    }
+
     /// Knots that bear it, each with its weight: of a place on a cable both ends.
     #[inline]
     pub fn bearers(&self) -> [(usize, f64); 2] {

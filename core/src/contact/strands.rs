@@ -76,8 +76,6 @@ pub struct StrandContacts {
     strands: Vec<Strand>,
     solver: ContactSolver,
     parting: Parting,
-    /// How overlaps are undone, all together.
-    push_out: PushOut,
     /// How much nearer any two knots can have come since the start [m].
     travelled: f64,
     distant: Calendar,
@@ -238,7 +236,6 @@ impl StrandContacts {
             strands,
             solver: ContactSolver { normal, friction: None, coupled: true },
             parting,
-            push_out,
             travelled: 0.0,
             distant,
             due: Vec::new(),
@@ -302,7 +299,7 @@ impl StrandContacts {
     /// Rows of the near pairs that would touch within the step; those farther than `near` [m] become distant.
     fn find_rows(&mut self, net: &MarkedKnots<'_>, step: f64, near: f64) {
         let is_deep = |row: &&ContactRow| row.gap < 0.0 && row.impulse > 0.0;
-        self.parting.push_out = self.push_out.shared_by(self.rows.iter().filter(is_deep).count());
+        let push_out = self.parting.push_out.shared_by(self.rows.iter().filter(is_deep).count());
         self.rows.clear();
         self.pairs_of.clear();
         let mut kept = 0;
@@ -316,7 +313,7 @@ impl StrandContacts {
             }
             pair.normal = place.normal;
             pair.folded_into &= place.gap < 0.0;
-            if let Some(row) = self.row(&pair, &place, net, step) {
+            if let Some(row) = self.row(&pair, &place, push_out, net, step) {
                 self.rows.push(row);
                 self.pairs_of.push(kept);
                 self.deepest = self.deepest.max(-place.gap);
@@ -332,11 +329,12 @@ impl StrandContacts {
         ClosestPoints::of(strands.map(|strand| &self.strands[strand as usize]), normal, knots)
     }
 
-    /// The row of a pair, if it would touch.
+    /// The row of a pair, if it would touch; `push_out`: how overlaps are undone.
     fn row(
         &self,
         pair: &StrandPair,
         place: &ClosestPoints,
+        push_out: PushOut,
         net: &MarkedKnots<'_>,
         step: f64,
     ) -> Option<ContactRow> {
@@ -353,7 +351,7 @@ impl StrandContacts {
         let [one, other] = pair.strands.map(|strand| self.strands[strand as usize].radius);
         let radius = one.min(other);
         let is_through = gap < -(one + other);
-        let push_out = if is_through { PushOut::Speed(0.0) } else { self.parting.push_out };
+        let push_out = if is_through { PushOut::Speed(0.0) } else { push_out };
         let parting = Parting { push_out, ..self.parting };
         Some(ContactRow {
             weights,

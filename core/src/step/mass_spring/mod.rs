@@ -102,9 +102,6 @@ pub struct MassSpring {
     n_substeps: u32,
     /// Into how many these are cut when a contact ends the flight.
     parts_in_contact: u32,
-    /// Whether velocities do not lag yet: until the first contact. And whether that was at the end of the last step.
-    flies: bool,
-    flew: bool,
     cuts: Cuts,
 }
 
@@ -121,8 +118,7 @@ impl MassSpring {
         let substep = time_step.step / f64::from(time_step.substeps);
         let explicit = ExplicitNet::new(net, solver.integrator, solver.tolerance_m.0);
         MassSpring {
-            flies: !explicit.lags(),
-            flew: false,
+            lagged: explicit.lags(),
             net: explicit,
             parts_in_contact: parts_in_contact(solver.integrator, net, solver.restitution, substep),
             contacts: ContactManager::Absent,
@@ -131,7 +127,6 @@ impl MassSpring {
             unkicked: Vec::new(),
             bounces: false,
             in_time: false,
-            lagged: false,
             substep,
             n_substeps: time_step.substeps,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
@@ -259,18 +254,17 @@ impl Stepper for MassSpring {
         if state.step == 0 {
             self.in_time = with.kick_knots();
         }
-        // The first contact ends a flight that does not lag.
+        // The first contact ends a flight that does not lag: one of the sub-steps below, or the last of the step before.
+        let flew = self.net.lags() && !self.lagged;
         self.lagged = self.net.lags();
         let (began_in_time, mut acted) = (self.lagged && self.in_time, false);
-        let flew = std::mem::take(&mut self.flew);
         let (mut left, mut kick) = (self.n_substeps, SubstepKick::first(began_in_time, flew));
         while left > 0 {
             acted |= self.advance(state, with, std::mem::take(&mut kick), bounces);
             left -= 1;
-            if self.flies && self.net.lags() {
-                self.flies = false;
+            if self.net.lags() && !self.lagged {
                 left *= self.refine();
-                (self.lagged, self.flew) = (left > 0, left == 0);
+                self.lagged = left > 0;
                 kick = SubstepKick::HalfOfCables;
             }
         }
@@ -288,8 +282,7 @@ impl Stepper for MassSpring {
         }
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
-        let lags = self.net.lags() && !self.in_time && !self.flew;
-        let velocity_lag = if lags { 0.5 * self.substep } else { 0.0 };
+        let velocity_lag = if self.lagged && !self.in_time { 0.5 * self.substep } else { 0.0 };
         Ok(StepReport { cable_loss: self.net.take_dissipated(), velocity_lag, ..StepReport::default() })
     }
 

@@ -40,9 +40,14 @@ const DAMPED: f64 = 0.1;
 /// (0.87), 8e-4 of 3 x 3, 5e-5 of 5 x 5 (0.788), 7e-5 of 10 x 10 (0.787), which pays for no other integrator.
 const PAIR: f64 = 0.788;
 
+/// Damping ratio of the cable of `net` that damps least [-].
+fn least_damping(net: &Net) -> f64 {
+    net.cables.iter().map(|cable| cable.damping_ratio()).fold(f64::INFINITY, f64::min)
+}
+
 /// Whether some cable of `net` hardly damps.
 fn hardly_damps(net: &Net) -> bool {
-    net.cables.iter().any(|cable| cable.damping_ratio() < DAMPED)
+    least_damping(net) < DAMPED
 }
 
 /// The integrator that is `chosen`, or which one suits `net` where that is left open.
@@ -62,9 +67,8 @@ pub fn integrator(chosen: Integrator, net: &Net) -> Integrator {
 /// way to semi-implicit Euler; `restitution`: of contacts [-].
 pub fn parts_in_contact(integrator: Integrator, net: &Net, restitution: f64, substep: f64) -> u32 {
     if integrator == Integrator::Secant && hardly_damps(net) {
-        let least = net.cables.iter().map(|cable| cable.damping_ratio()).fold(f64::INFINITY, f64::min);
         let undamped = UNDAMPED[0] + restitution * (UNDAMPED[1] - UNDAMPED[0]);
-        let share = undamped + (least / HARDLY).min(1.0) * (FINE - undamped);
+        let share = undamped + (least_damping(net) / HARDLY).min(1.0) * (FINE - undamped);
         (substep / (share * stable_step(net))).ceil().max(1.0) as u32
     } else {
         1

@@ -185,7 +185,7 @@ impl RapierJoints {
             gain += contact.friction_loss;
             if !state.body_models[contact.body].is_free() {
                 // The work of the moving surface comes from what drives it.
-                gain -= work_of_surface(std::slice::from_ref(contact));
+                gain -= contact.work_of_surface();
             }
         }
         gain
@@ -261,12 +261,14 @@ impl RapierJoints {
     /// both make is looked for in their sum.
     fn rise(&self, of_net: f64, state: &State, with: &mut Interactions) -> f64 {
         let is_driven = state.each_body().any(|(model, _)| model.has_shape() && !model.is_free());
-        if with.touch() && !is_driven || self.contacts.is_of_engine() && !(with.touch() && is_driven) {
-            let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
-            let by_drive = if is_driven { work_of_surface(&state.contacts) } else { 0.0 };
-            return of_net + of_bodies - self.work_of_effects - by_drive;
+        // What a driven surface gives to contacts of effects is not known yet.
+        if !(with.touch() || self.contacts.is_of_engine()) || is_driven && with.touch() {
+            return f64::NEG_INFINITY;
         }
-        f64::NEG_INFINITY
+        let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
+        let by_drive =
+            if is_driven { state.contacts.iter().map(Contact::work_of_surface).sum() } else { 0.0 };
+        of_net + of_bodies - self.work_of_effects - by_drive
     }
 
     /// The step in as many parts as are asked for; the work of contacts and effects on the net within it [J].
@@ -513,11 +515,6 @@ impl Stepper for RapierJoints {
         census.colliders += self.contacts.n_colliders();
         census
     }
-}
-
-/// Work of the target's surface at `contacts` [J].
-fn work_of_surface(contacts: &[Contact]) -> f64 {
-    contacts.iter().map(|contact| contact.work_on_knot + contact.loss + contact.friction_loss).sum()
 }
 
 /// How much shorter than the sub-steps of an explicit net parts of a step may be. Cables that all pull at once made 8.7e-4 of the
