@@ -99,11 +99,30 @@ fn a_bounce_off_a_penalty_force_creates_no_energy() {
     below("created", Conservation::of(&case, &run).energy_created, 1e-3);
 }
 
-/// A line of n pieces has n times the damping in each. Measured: 0.665, 0.662; eight pieces 0.663, in 9 s.
+/// A line of n pieces has n times the damping in each. Measured: explicit 0.665, 0.662 (eight pieces 0.663, in 9 s); joints 0.638, 0.640,
+/// 0.643, 0.642 at 0.1, where eight pieces had 0.697, and 0.915, 0.907, 0.912, 0.913 at 0.02, where they had 0.875.
 #[test]
 fn a_line_that_is_cut_rebounds_as_the_whole_one() {
-    let whole = rebound("explicit", 0.1, 0);
-    within("in two", rebound("explicit", 0.1, 1) / whole, [0.97, 1.03]);
+    for (cables, damping, cuts) in
+        [("explicit", 0.1, &[1][..]), ("joints", 0.1, &[1, 2, 3, 7]), ("joints", 0.02, &[1, 2, 3, 7])]
+    {
+        let whole = rebound(cables, damping, 0, OWN_STEP);
+        for &middle_knots in cuts {
+            let cut = rebound(cables, damping, middle_knots, OWN_STEP);
+            within(&format!("{cables}, {damping}, {middle_knots}"), cut / whole, [0.97, 1.03]);
+        }
+    }
+}
+
+/// A joint that is implicit damps by itself; that is taken off its own damping, so that finer steps come to Eq. 3.3. Measured at 0.1 ms 0.661
+/// and 0.915, where Eq. 3.3 has 0.665 and 0.917; 0.623 and 0.855 with the damping left as it was.
+#[test]
+fn joints_that_resolve_a_snap_damp_it_as_eq_3_3_does() {
+    for damping in [0.1, 0.02] {
+        let (joints, explicit) =
+            (rebound("joints", damping, 0, Some(1e-4)), rebound("explicit", damping, 0, OWN_STEP));
+        within(&format!("at {damping}"), joints / explicit, [0.985, 1.015]);
+    }
 }
 
 /// How far `run` is from its own mirror images about Y = 0, Z = 0 and Y = Z at its end [m].
@@ -155,8 +174,11 @@ fn a_net_of_joints_that_mirrors_itself_stays_mirrored_while_cables_snap() {
     below("undamped, at 1.2 s, m", mirrored(1.2, 0.0, &joints), 5e-6); // measured 4.7e-7
 }
 
+/// The step that a method takes by itself.
+const OWN_STEP: Option<f64> = None;
+
 /// Speed of the bullets outward, after the first snap over before it, of one mesh.
-fn rebound(cables: &str, damping: f64, middle_knots: u32) -> f64 {
+fn rebound(cables: &str, damping: f64, middle_knots: u32, step: Option<f64>) -> f64 {
     let mut scene = json!({
         "title": "one mesh", "duration_s": 0.25,
         "net": { "meshes": [1, 1], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0, "middle_knots": middle_knots,
@@ -167,6 +189,9 @@ fn rebound(cables: &str, damping: f64, middle_knots: u32) -> f64 {
     });
     scene["solver"] = json!({ "cables": cables,
                     "contact": if cables == "joints" { "rapier" } else { "impulse" } });
+    if let Some(step) = step {
+        scene["solver"]["step_s"] = json!(step);
+    }
     let case = case_of(scene);
     let run = common::run(&case);
     let outward: Vec<f64> = run.frames.knots.iter().map(|knots| -knots[0].y).collect();
@@ -184,7 +209,7 @@ fn rebound(cables: &str, damping: f64, middle_knots: u32) -> f64 {
 fn four_bullets_rebound_as_the_damping_ratio_says() {
     for cables in ["explicit", "joints"] {
         for (damping, expected) in [(0.02, 0.914), (0.1, 0.638)] {
-            let found = rebound(cables, damping, 0);
+            let found = rebound(cables, damping, 0, OWN_STEP);
             // Measured: explicit 1.003 and 1.042 (Eq. 3.3 ends the tension before), joints 1.001 and 1.001.
             let band = if cables == "explicit" { [0.99, 1.05] } else { [0.98, 1.02] };
             within(&format!("{cables}, {damping}"), found / expected, band);
@@ -328,6 +353,23 @@ fn a_cable_below_a_face_is_held_at_both_edges() {
         let [_, median, largest] = common::spread(&members, "conservation.energy_created");
         println!("{cables}: {median:.1e}, {largest:.1e}");
         assert!(median < bounds[0] && largest < bounds[1], "{cables}: {median:.1e}, {largest:.1e}");
+    }
+}
+
+/// A step whose contacts make energy is cut, and that was not asked where a body is held or driven and whole cables touch it: what its
+/// surface gives to them was not known. Eight of eight members made more than 1e-3, up to 3.5e-2 on a cube that is held and 9e-3 on one
+/// that turns.
+#[test]
+fn whole_cables_on_what_is_held_or_driven_create_little() {
+    let whole = "effects.cable_contact={}";
+    let joints = ["solver.cables=joints", "solver.contact=rapier", whole];
+    let held = ("ball-fixed", &["duration_s=1.5"][..]);
+    let driven = ("cubesat-spin-x-2.0", &["duration_s=1.5", "target.motion=spinning"][..]);
+    for (scene, changes) in [held, driven] {
+        let case = common::scene(scene, &[&joints[..], changes].concat());
+        let [_, median, largest] = common::spread(&common::ensemble(&case, 8), "conservation.energy_created");
+        println!("{scene}: {median:.1e}, {largest:.1e}");
+        below(scene, largest, 1e-3);
     }
 }
 

@@ -60,6 +60,22 @@ pub fn stored_between(stiffness: f64, from: f64, to: f64) -> f64 {
 }
 
 impl Cable {
+    /// What `pieces` are together, one after another: springs and dashpots in a row. `mass`: of every knot [kg].
+    pub fn in_a_row(pieces: &[Cable], mass: &[f64]) -> Cable {
+        let (a, b) = (pieces[0].a, pieces[pieces.len() - 1].b);
+        let sum = |of: fn(&Cable) -> f64| pieces.iter().map(of).sum::<f64>();
+        Cable {
+            a,
+            b,
+            rest_length: sum(|piece| piece.rest_length),
+            stiffness: 1.0 / sum(|piece| 1.0 / piece.stiffness),
+            damping: 1.0 / sum(|piece| 1.0 / piece.damping),
+            mass: sum(|piece| piece.mass),
+            reduced_mass: mass[a] * mass[b] / (mass[a] + mass[b]),
+            breaking_tension: pieces.iter().map(|piece| piece.breaking_tension).fold(f64::INFINITY, f64::min),
+        }
+    }
+
     /// Tension (Eq. 3.3) [N], positive when it pulls the ends together.
     ///
     /// T = max(0, k (r − l₀) + c ṙ) while r > l₀, else 0.
@@ -159,6 +175,16 @@ mod tests {
         assert_eq!(cable().tension(1.0, -5.0), 0.0);
         assert_eq!(cable().energy(1.0), 0.0);
         assert_eq!(cable().tension(2.01, -5.0), 0.0, "a dashpot does not push");
+    }
+
+    #[test]
+    fn pieces_in_a_row_are_the_cable_that_was_cut() {
+        let pieces = [0, 1].map(|a| Cable { a, b: a + 1, ..cable() });
+        let whole = Cable::in_a_row(&pieces, &[1.0, 1e-3, 1.0]);
+        assert_eq!((whole.a, whole.b, whole.rest_length), (0, 2, 4.0));
+        assert_eq!((whole.stiffness, whole.damping, whole.reduced_mass), (50.0, 0.25, 0.5));
+        let undamped = pieces.map(|piece| Cable { damping: 0.0, ..piece });
+        assert_eq!(Cable::in_a_row(&undamped, &[1.0, 1e-3, 1.0]).damping, 0.0);
     }
 
     #[test]

@@ -264,6 +264,21 @@ impl Net {
         self.mass.len()
     }
 
+    /// The cables of each line of the grid: one, or the pieces in a row into which middle knots cut it.
+    pub fn lines(&self) -> Vec<Range<usize>> {
+        let n_grid = self.grid[0] * self.grid[1];
+        let mut lines: Vec<Range<usize>> = Vec::new();
+        for (number, cable) in self.cables.iter().enumerate() {
+            let goes_on =
+                |line: &&mut Range<usize>| cable.a >= n_grid && self.cables[line.end - 1].b == cable.a;
+            match lines.last_mut().filter(goes_on) {
+                Some(line) => line.end = number + 1,
+                None => lines.push(number..number + 1),
+            }
+        }
+        lines
+    }
+
     /// Radius of a cable [m]: that of its thinner end knot.
     pub fn cable_radius(&self, cable: usize) -> f64 {
         self.radius[self.cables[cable].a].min(self.radius[self.cables[cable].b])
@@ -465,6 +480,8 @@ mod tests {
     #[test]
     fn middle_knots_divide_cables_and_keep_the_mass() {
         let (plain, divided) = (net(json!({})), net(json!({ "middle_knots": 3 })));
+        assert_eq!(plain.lines(), (0..220).map(|cable| cable..cable + 1).collect::<Vec<_>>());
+        assert_eq!(divided.lines(), (0..220).map(|line| 4 * line..4 * line + 4).collect::<Vec<_>>());
         assert_eq!(divided.n_knots(), 121 + 3 * 220);
         assert_eq!(divided.cables.len(), 4 * 220);
         // What the corners' halves lose differs: a bullet replaces its share of two cables.

@@ -23,7 +23,7 @@ use crate::net::Net;
 use crate::state::{Body, Contact, Forces, Knots, State, TARGET};
 use crate::target::Target;
 use crate::target::spec::Motion;
-use crate::world::{Census, Setup};
+use crate::world::{Census, Setup, Softness};
 use convert::{engines, engines_mass, engines_pose, engines_pose_of, number, our_rotation, ours, real};
 use rapier::prelude::{
     ActiveHooks, Collider, ColliderBuilder, ColliderHandle, ColliderSet, GenericJointBuilder, Group,
@@ -97,24 +97,24 @@ impl World {
         World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
     }
 
-    pub fn tie(
-        &mut self,
-        [a, b]: [usize; 2],
-        rest_length: f64,
-        natural_frequency: f64,
-        damping_ratio: f64,
-    ) -> usize {
+    pub fn tie(&mut self, [a, b]: [usize; 2], rest_length: f64, softness: Softness) -> usize {
         // A coupled linear limit is one row along the line between the bodies, refreshed every
         // sub-step; uncoupled limits would keep its direction over the step and misjudge the
         // stretch of a turning cable.
         let joint = GenericJointBuilder::new(JointAxesMask::empty())
             .coupled_axes(JointAxesMask::LIN_AXES)
             .limits(JointAxis::LinX, [0.0, real(rest_length)])
-            .softness(SpringCoefficients::new(real(natural_frequency), real(damping_ratio)))
+            .softness(spring(softness))
             .build();
         let handle = self.physics.impulse_joints.insert(self.knots[a], self.knots[b], joint, false);
         self.joints.push(handle);
         self.joints.len() - 1
+    }
+
+    pub fn set_softness(&mut self, index: usize, softness: Softness) {
+        if let Some(joint) = self.physics.impulse_joints.get_mut(self.joints[index], false) {
+            joint.data.softness = spring(softness);
+        }
     }
 
     pub fn set_acting(&mut self, index: usize, acts: bool) {
@@ -333,6 +333,10 @@ fn insert_target(
         })
         .collect();
     TargetHandles { body, knot_colliders, bounding_radius: target.bounding_radius, reach, detecting: false }
+}
+
+fn spring(Softness { frequency, damping_ratio }: Softness) -> SpringCoefficients<rapier::math::Real> {
+    SpringCoefficients::new(real(frequency), real(damping_ratio))
 }
 
 /// What knots' and parts' colliders have in common; masses are set on the bodies.

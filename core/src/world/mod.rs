@@ -45,6 +45,15 @@ pub struct Setup {
     pub precision: Precision,
 }
 
+/// A spring with a dashpot, in the engine's terms: of its own two ends alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Softness {
+    /// Natural frequency [Hz].
+    pub frequency: f64,
+    /// Damping ratio [-].
+    pub damping_ratio: f64,
+}
+
 /// What the world consists of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
@@ -84,17 +93,16 @@ impl World {
     }
 
     /// Ties two knots by a joint that pulls them together beyond `rest_length` [m] like a spring of
-    /// the given natural frequency [Hz] and damping ratio [-], and never pushes.
+    /// that `softness`, and never pushes.
     ///
     /// Returns its index.
-    pub fn tie(
-        &mut self,
-        knots: [usize; 2],
-        rest_length: f64,
-        natural_frequency: f64,
-        damping_ratio: f64,
-    ) -> usize {
-        either!(Engine, &mut self.0, engine => engine.tie(knots, rest_length, natural_frequency, damping_ratio))
+    pub fn tie(&mut self, knots: [usize; 2], rest_length: f64, softness: Softness) -> usize {
+        either!(Engine, &mut self.0, engine => engine.tie(knots, rest_length, softness))
+    }
+
+    /// Makes joint `index` as soft as that.
+    pub fn set_softness(&mut self, index: usize, softness: Softness) {
+        either!(Engine, &mut self.0, engine => engine.set_softness(index, softness));
     }
 
     /// Lets joint `index` act, or rest.

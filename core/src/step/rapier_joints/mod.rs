@@ -105,6 +105,8 @@ pub struct RapierJoints {
     part_start: Vec<Vector3<f64>>,
     /// Work of contacts of effects on the target within the step [J].
     given_to_target: f64,
+    /// Work of its surface on knots in them, as if these were part of it [J].
+    given_by_surface: f64,
     /// Work of constraints and forces on the net within it [J].
     work_of_effects: f64,
     /// The step's and a part's start; kept for their memory.
@@ -142,7 +144,7 @@ impl RapierJoints {
         let mut world = World::new(net, target, &setup);
         RapierJoints {
             iterations: SolverIterations::new(solver.sweeps, solver.sweeps_max),
-            cables: CableJoints::install(net, solver.snap_passes, &mut world),
+            cables: CableJoints::install(net, solver.snap_passes, time_step.step, &mut world),
             contacts: ContactManager::new(context.contact_settings().as_ref()),
             flight: (solver.flight == Flight::Explicit).then(|| MassSpring::flight(context)),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
@@ -157,6 +159,7 @@ impl RapierJoints {
             pulled: Vec::new(),
             part_start: Vec::new(),
             given_to_target: 0.0,
+            given_by_surface: 0.0,
             work_of_effects: 0.0,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
@@ -260,14 +263,15 @@ impl RapierJoints {
     /// What such a contact takes from light knots and cables give them back at once is no gain of the cables, so what
     /// both make is looked for in their sum.
     fn rise(&self, of_net: f64, state: &State, with: &mut Interactions) -> f64 {
-        let is_driven = state.each_body().any(|(model, _)| model.has_shape() && !model.is_free());
-        // What a driven surface gives to contacts of effects is not known yet.
-        if !(with.touch() || self.contacts.is_of_engine()) || is_driven && with.touch() {
+        if !(with.touch() || self.contacts.is_of_engine()) {
             return f64::NEG_INFINITY;
         }
+        let is_driven = state.each_body().any(|(model, _)| model.has_shape() && model.is_driven());
         let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
-        let by_drive =
-            if is_driven { state.contacts.iter().map(Contact::work_of_surface).sum() } else { 0.0 };
+        let by_drive = match is_driven {
+            true => state.contacts.iter().map(Contact::work_of_surface).sum::<f64>() + self.given_by_surface,
+            false => 0.0,
+        };
         of_net + of_bodies - self.work_of_effects - by_drive
     }
 
@@ -283,7 +287,7 @@ impl RapierJoints {
         let n_parts = self.substep.now();
         let step = self.step / f64::from(n_parts);
         let mut put_in = 0.0;
-        (self.work_of_effects, self.given_to_target) = (0.0, 0.0);
+        (self.work_of_effects, self.given_to_target, self.given_by_surface) = (0.0, 0.0, 0.0);
         self.given.fill(Vector3::zeros());
         self.contacts.begin(state);
         state.tension.fill(0.0);
@@ -294,7 +298,7 @@ impl RapierJoints {
                 self.part_start.clone_from(&state.knots.velocity);
             }
             // Snaps before the world moves: its implicit rows would swallow them.
-            self.cables.prepare(state, step, &mut self.world);
+            self.cables.prepare(state, step, with.touch(), &mut self.world);
             if part > 0 {
                 self.starts[1].clone_from(state);
             }
@@ -397,6 +401,9 @@ impl RapierJoints {
                 let (old, new) = (&self.untouched[knot], &state.knots.velocity[knot]);
                 let impulse = (new - old) / self.inverse_mass[knot];
                 work += 0.5 * impulse.dot(&(old + new));
+                if let Some(body) = self.unpushed.get(TARGET) {
+                    self.given_by_surface += impulse.dot(&body.velocity_at(state.knots.position[knot]));
+                }
                 self.given[knot] += impulse;
                 self.world.set_velocity(knot, new);
             }

@@ -100,7 +100,6 @@ fn edges() -> [StressCase; 5] {
             onto(json!({ "ball": { "radius_m": 0.1 } }), 0.15, json!({})),
         )
         .starting(all_alike)
-        .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES)
         .limited("joints+penalty", COARSE, &["solver.step_s=5e-6"], &RISES), // measured 1.9e-3
         StressCase::new(
             Theme::Edges,
@@ -156,8 +155,7 @@ fn overlaps() -> [StressCase; 4] {
             "all knots at one point: cables without length or direction",
             with_target(shot(), cube, 0.3, json!({ "mass_kg": 1.0 })),
         )
-        .starting(|built| built.net.folded.fill(Vector3::zeros()))
-        .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES),
+        .starting(|built| built.net.folded.fill(Vector3::zeros())),
     ]
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use super::{COARSE, RISES, TOO_LONG, net, small_capture, with, with_target};
+use super::{COARSE, TOO_LONG, net, small_capture, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
 use crate::study::stress::measure::Numbers;
 
@@ -67,8 +67,7 @@ fn scales() -> [StressCase; 5] {
             if let Some(target) = &mut built.target {
                 target.position += away;
             }
-        })
-        .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES),
+        }),
     ]
 }
 
