@@ -34,6 +34,16 @@ fn an_editor_finds_the_schemas_as_they_are() {
 }
 
 #[test]
+fn a_change_is_checked_before_it_is_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let check = ["check", "cubesat-free", "cube-fixed", "--set"];
+    let told = printed(folder.path(), &[&check[..], &["net.middle_knots=1"]].concat());
+    assert!(told.contains("cubesat-free: ok") && told.contains("cube-fixed: ok"), "{told}");
+    let told = refused(folder.path(), &[&check[..], &["net.midle_knots=1"]].concat());
+    assert_eq!(told.matches("did you mean middle_knots").count(), 2, "{told}");
+}
+
+#[test]
 fn a_scene_of_ones_own_begins_with_one_that_runs() {
     let folder = tempfile::tempdir().unwrap();
     let told = printed(folder.path(), &["new", "my-scene.json"]);

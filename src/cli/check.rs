@@ -15,6 +15,9 @@ pub struct Arguments {
     /// Scene files, or names of built-in scenes.
     #[arg(required = true)]
     scenes: Vec<String>,
+    /// Changes a value of each scene first: `solver.step_s=0.0005`, `target.spin_rad_s.0=2`; `null` removes a key.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    changes: Vec<String>,
     #[command(flatten)]
     reading: Reading,
 }
@@ -25,7 +28,7 @@ pub fn main(arguments: &Arguments) -> Result<(), Error> {
     let limits = arguments.reading.limits()?;
     let mut bad: Vec<Problems> = Vec::new();
     for scene in &arguments.scenes {
-        match Case::load_within(scene, &[], limits) {
+        match Case::load_within(scene, &arguments.changes, limits) {
             Ok(case) => {
                 say(&format!("{scene}: ok, {}", visible(&case.scene().title, false)))?;
                 for warning in warnings::before(&case) {
