@@ -1,6 +1,7 @@
 """What the tests share: the program, and scenes that were run once."""
 
 import os
+import signal
 import subprocess
 from pathlib import Path
 
@@ -25,6 +26,14 @@ def program(root):
         return done.stdout
 
     return run
+
+
+@pytest.fixture
+def interruptible():
+    """Has an interrupt raise, also where Python was started with it ignored, as what runs in the background is."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="session")

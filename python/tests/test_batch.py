@@ -162,7 +162,7 @@ def test_arguments_are_checked(scene):
     assert len(tumblenet.rollout(scene, [])) == 0
 
 
-def test_an_interrupt_ends_a_batch(scene):
+def test_an_interrupt_ends_a_batch(scene, interruptible):
     threading.Timer(0.2, signal.raise_signal, [signal.SIGINT]).start()
     with pytest.raises(KeyboardInterrupt):
         tumblenet.rollout(scene, [{}] * 5000)

@@ -134,7 +134,7 @@ def test_a_folder_that_cannot_be_is_an_os_error(capture, tmp_path):
         capture[1].save(tmp_path / "file" / "below")
 
 
-def test_an_interrupt_ends_a_run():
+def test_an_interrupt_ends_a_run(interruptible):
     scene = Scene("cubesat-spin-x-2.0-tube")
     threading.Timer(0.2, signal.raise_signal, [signal.SIGINT]).start()
     with pytest.raises(KeyboardInterrupt):
