@@ -46,6 +46,11 @@ pub fn damping(damping_ratio: f64, knot_mass: f64, stiffness: f64) -> f64 {
     2.0 * damping_ratio * (knot_mass * stiffness).sqrt()
 }
 
+/// Reduced mass of two ends, mₐ m_b / (mₐ + m_b) [kg].
+pub fn reduced_mass(a: f64, b: f64) -> f64 {
+    a * b / (a + b)
+}
+
 /// What spring and dashpot of a taut cable give together, k (r − l₀) + c ṙ [N]; below zero it would push. The rate is that
 /// of `change` [m] in a time of one over `per_time` [1/s]. Every path has it from here, cable by cable or in arrays.
 #[inline(always)]
@@ -71,7 +76,7 @@ impl Cable {
             stiffness: 1.0 / sum(|piece| 1.0 / piece.stiffness),
             damping: 1.0 / sum(|piece| 1.0 / piece.damping),
             mass: sum(|piece| piece.mass),
-            reduced_mass: mass[a] * mass[b] / (mass[a] + mass[b]),
+            reduced_mass: reduced_mass(mass[a], mass[b]),
             breaking_tension: pieces.iter().map(|piece| piece.breaking_tension).fold(f64::INFINITY, f64::min),
         }
     }

@@ -151,7 +151,6 @@ impl Net {
             let lesser = uncut[line.ends[0]].min(uncut[line.ends[1]]);
             let damping = n_pieces * cable::damping(make.damping_ratio, lesser, stiffness_of(whole_length));
             for [a, b] in line.pieces() {
-                let (mass_a, mass_b) = (self.mass[a], self.mass[b]);
                 cables.push(Cable {
                     a,
                     b,
@@ -159,7 +158,7 @@ impl Net {
                     stiffness,
                     damping,
                     mass: make.material.density_kg_m3.0 * make.cross_section() * rest_length,
-                    reduced_mass: mass_a * mass_b / (mass_a + mass_b),
+                    reduced_mass: cable::reduced_mass(self.mass[a], self.mass[b]),
                     breaking_tension: make.material.tensile_strength_pa.0 * make.cross_section(),
                 });
             }

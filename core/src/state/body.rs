@@ -156,11 +156,6 @@ impl BodyModel {
         self.motion == Motion::Free
     }
 
-    /// Whether something turns it, and so does work on what touches it.
-    pub fn is_driven(&self) -> bool {
-        self.motion == Motion::Spinning
-    }
-
     /// Moves `body` on for `step` seconds, in which nothing acts on it.
     ///
     /// Free: momentum and angular momentum L are constant and ω = I⁻¹ L follows the attitude. The turn over a step uses ω

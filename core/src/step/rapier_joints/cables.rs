@@ -81,9 +81,13 @@ impl CableJoints {
             }
         }
         if step != self.step && !pushed {
-            self.step = step;
+            let before = std::mem::replace(&mut self.step, step);
             for (index, cable) in self.cables.iter().enumerate() {
-                world.set_softness(index, softness(cable, step));
+                // Told of a joint, the engine lays out all of them anew.
+                let softness_now = softness(cable, step);
+                if softness_now != softness(cable, before) {
+                    world.set_softness(index, softness_now);
+                }
             }
         }
         self.rest(state, step, world);

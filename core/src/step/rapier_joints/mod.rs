@@ -266,9 +266,9 @@ impl RapierJoints {
         if !(with.touch() || self.contacts.is_of_engine()) {
             return f64::NEG_INFINITY;
         }
-        let is_driven = state.each_body().any(|(model, _)| model.has_shape() && model.is_driven());
+        let is_held = state.each_body().any(|(model, _)| model.has_shape() && !model.is_free());
         let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
-        let by_drive = match is_driven {
+        let by_drive = match is_held {
             true => state.contacts.iter().map(Contact::work_of_surface).sum::<f64>() + self.given_by_surface,
             false => 0.0,
         };

@@ -168,8 +168,12 @@ impl Snaps {
         // Cables before this one are in a line that snaps whole.
         let mut taken = 0;
         for (number, chain) in self.chains.iter().enumerate() {
-            let (cable, is_piece) = (&chain.whole, chain.cables.len() == 1);
-            if is_piece && (chain.cables.start < taken || chain.alone > RESOLVED * step) {
+            let cable = &chain.whole;
+            if chain.cables.start < taken {
+                continue;
+            }
+            // A line is left to rows for the step of the scene alone: the parts of a step are short for its light knots.
+            if chain.cables.len() == 1 && chain.alone > RESOLVED * step {
                 continue; // slow enough for the row
             }
             let across = position[cable.b] - position[cable.a];
