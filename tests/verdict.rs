@@ -65,6 +65,23 @@ fn millimetres_read_as_metres_are_told_with_the_box() {
     assert!(warnings::before(&load("cubesat-free", &[])).is_empty());
 }
 
+#[test]
+fn frames_that_steps_are_too_long_for_are_told() {
+    let finer = ["output.sample_s=1e-4", "duration_s=0.1"];
+    for cables in ["joints", "explicit"] {
+        let cables = [format!("solver.cables={cables}"), "solver.contact=impulse".to_owned()];
+        let set: Vec<&str> =
+            cables.iter().map(String::as_str).chain(finer).chain(["net.meshes=[1,1]"]).collect();
+        let warned = warnings::before(&load("deployment-kevlar", &set));
+        assert!(
+            warned.iter().any(|warning| warning.contains("output.sample_s asks for a frame every")),
+            "{warned:?}"
+        );
+        let named = [&set[..], &["solver.step_s=1e-4"]].concat();
+        assert_eq!(warnings::before(&load("deployment-kevlar", &named)), [""; 0]);
+    }
+}
+
 /// A member that is run alone has the bits it has in its ensemble.
 #[test]
 fn a_member_is_run_again_to_the_bit_and_the_pages_say_how() {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | knots are farther apart than a part of the target is thick, and `cable_contact` is not named | before |
 //! | the target's box looks like millimetres read as metres | before |
+//! | steps are longer than the time between two frames that was asked for | before |
 //! | cables go through the target, and `cable_contact` is not named | after |
 //! | a cable bore more than its breaking tension | after |
 //! | a bullet left the reach of the scene | after |
@@ -19,13 +20,16 @@ use crate::target::Target;
 /// Envisat with its panel has the least, 19 within its hull.
 const LEAST_DENSITY: f64 = 0.05;
 
+/// Time between two frames over that which was asked for, up to which whole steps explain the difference [-].
+const ROUNDED: f64 = 1.5;
+
 /// Longest target over the side of the net that is not taken for a slip of units [-].
 const LONGEST: f64 = 30.0;
 
 /// What is known before `case` runs.
 pub fn before(case: &Case) -> Vec<String> {
-    let Some(target) = case.target() else { return Vec::new() };
-    [wide_meshes(case, target), millimetres(case, target)].into_iter().flatten().collect()
+    let around = case.target().map(|target| [wide_meshes(case, target), millimetres(case, target)]);
+    around.into_iter().flatten().chain([rare_frames(case)]).flatten().collect()
 }
 
 /// What is known after it ran, all of it.
@@ -87,6 +91,18 @@ fn millimetres(case: &Case, target: &Target) -> Option<String> {
         format!(
             "the target's box is {:.4} x {:.4} x {:.4} m with {} kg before a net of {side:.3} m: millimetres read as metres?",
             sides[0], sides[1], sides[2], target.mass
+        )
+    })
+}
+
+/// A frame is taken after a whole step at the earliest.
+fn rare_frames(case: &Case) -> Option<String> {
+    let scene = case.scene();
+    let (step, asked) = (case.time_step().step, scene.output.sample_s.0);
+    (step > ROUNDED * asked).then(|| {
+        format!(
+            "output.sample_s asks for a frame every {asked:.3e} s, and a step of the method takes {step:.3e} s: there is one \
+             frame a step. Name solver.step_s (`--set solver.step_s={asked:.3e}`) for more of them"
         )
     })
 }

@@ -1,17 +1,19 @@
 //! A step with cables as joints of the engine, and contact by the engine or by a response of our own.
 
+mod books;
 pub mod cables;
+mod own_contact;
 mod snaps;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
-use crate::contact::{ContactManager, NetMotion};
+use crate::contact::ContactManager;
 use crate::failure::{self, Cuts, Failure};
 use crate::interaction::{Fared, Interactions};
 use crate::limits::Limit;
 use crate::options::{BuildContext, TimeStep};
 use crate::solver::{ContactModel, Flight, JOINTS_STEP, Solver};
-use crate::state::{Body, Contact, Knots, State, TARGET};
+use crate::state::{Body, State};
 use crate::step::adaptive::{AdaptiveSubstep, MOST_PARTS};
 use crate::step::iterations::SolverIterations;
 use crate::step::limits::{Demands, StepLimits};
@@ -20,6 +22,7 @@ use crate::step::mass_spring::stability::{RESOLVES, SAFE, stable_step};
 use crate::step::stepper::{Method, StepReport, Stepper};
 use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
+use books::Books;
 use cables::CableJoints;
 
 /// Cables as joints of the engine.
@@ -97,18 +100,8 @@ pub struct RapierJoints {
     /// Parts at most where contacts of effects act.
     most_with_contacts: u32,
     cuts: Cuts,
-    /// Impulse of contacts of effects on each knot within the step [N s]; none where no effect acts.
-    given: Vec<Vector3<f64>>,
-    /// Impulse of constraints on each knot within a part of it [N s]; none where no effect acts.
-    pulled: Vec<Vector3<f64>>,
-    /// Velocities at the start of that part, where effects act [m/s].
-    part_start: Vec<Vector3<f64>>,
-    /// Work of contacts of effects on the target within the step [J].
-    given_to_target: f64,
-    /// Work of its surface on knots in them, as if these were part of it [J].
-    given_by_surface: f64,
-    /// Work of constraints and forces on the net within it [J].
-    work_of_effects: f64,
+    /// What effects gave within the step.
+    books: Books,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
     /// Velocities that contacts of effects left when they were last answered, and at the start of the step [m/s]; kept
@@ -155,12 +148,7 @@ impl RapierJoints {
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
             substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST)),
             most_with_contacts: most_parts(context, 1.0),
-            given: Vec::new(),
-            pulled: Vec::new(),
-            part_start: Vec::new(),
-            given_to_target: 0.0,
-            given_by_surface: 0.0,
-            work_of_effects: 0.0,
+            books: Books::default(),
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
             answered: Vec::new(),
@@ -171,27 +159,6 @@ impl RapierJoints {
             step: time_step.step,
             world,
         }
-    }
-
-    /// Energy that net and target gained in the step beyond what was put in [J]; `start`: what both had.
-    ///
-    /// What contact takes along its normals counts as lost, what friction takes does not: it is an effect,
-    /// and meant to take it. Impulses of contacts on knots are weighed with the mean velocity over the step: kick by
-    /// kick, what a contact pushes out and cables press back would count as lost, and hide what they make. A small
-    /// net whose cables touch a box gained so 0.19 of its launch energy.
-    fn energy_error(&self, start: f64, before: &State, state: &State) -> f64 {
-        let mut gain = self.cables.energy(&state.knots) + state.energy_of_bodies(true) - start;
-        gain -= self.work_of_effects + self.given_to_target;
-        let ends = before.knots.velocity.iter().zip(&state.knots.velocity);
-        gain -= self.given.iter().zip(ends).map(|(given, (v, w))| 0.5 * given.dot(&(v + w))).sum::<f64>();
-        for contact in state.contacts.iter().filter(|contact| contact.along.is_none()) {
-            gain += contact.friction_loss;
-            if !state.body_models[contact.body].is_free() {
-                // The work of the moving surface comes from what drives it.
-                gain -= contact.work_of_surface();
-            }
-        }
-        gain
     }
 
     /// Parts in which no knot near the target comes farther, as seen from it, than the engine looks ahead, and
@@ -241,7 +208,12 @@ impl RapierJoints {
             let put_in = self.in_parts(before, state, with, work, clock)?;
             let energy_now = self.cables.energy(&state.knots);
             let by_cables = energy_now - put_in - energy;
-            let rise = self.rise(energy_now - energy, state, with);
+            // What a contact takes from light knots and cables give them back at once is no gain of the cables, so what
+            // both make is looked for in their sum.
+            let rise = match with.touch() || self.contacts.is_of_engine() {
+                true => self.books.rise(energy_now - energy, &self.starts[0], state),
+                false => f64::NEG_INFINITY,
+            };
             // In this order what is not a number stays so.
             let gain = if rise > by_cables { rise } else { by_cables };
             let constraints = if may_cut { with.fared(&state.knots) } else { Fared::default() };
@@ -257,24 +229,6 @@ impl RapierJoints {
         }
     }
 
-    /// By how much the energy of net and target rose within the step beyond what constraints, forces and the surface of a
-    /// target that is driven put in, where there are contacts within it [J]; `of_net`: the net's share of it.
-    ///
-    /// What such a contact takes from light knots and cables give them back at once is no gain of the cables, so what
-    /// both make is looked for in their sum.
-    fn rise(&self, of_net: f64, state: &State, with: &mut Interactions) -> f64 {
-        if !(with.touch() || self.contacts.is_of_engine()) {
-            return f64::NEG_INFINITY;
-        }
-        let is_held = state.each_body().any(|(model, _)| model.has_shape() && !model.is_free());
-        let of_bodies = state.energy_of_bodies(true) - self.starts[0].energy_of_bodies(true);
-        let by_drive = match is_held {
-            true => state.contacts.iter().map(Contact::work_of_surface).sum::<f64>() + self.given_by_surface,
-            false => 0.0,
-        };
-        of_net + of_bodies - self.work_of_effects - by_drive
-    }
-
     /// The step in as many parts as are asked for; the work of contacts and effects on the net within it [J].
     fn in_parts(
         &mut self,
@@ -287,15 +241,13 @@ impl RapierJoints {
         let n_parts = self.substep.now();
         let step = self.step / f64::from(n_parts);
         let mut put_in = 0.0;
-        (self.work_of_effects, self.given_to_target, self.given_by_surface) = (0.0, 0.0, 0.0);
-        self.given.fill(Vector3::zeros());
+        self.books.begin();
         self.contacts.begin(state);
         state.tension.fill(0.0);
         state.forces.acted_at.clear();
         for part in 0..n_parts {
             if with.constrain() {
-                self.pulled.fill(Vector3::zeros());
-                self.part_start.clone_from(&state.knots.velocity);
+                self.books.begin_part(&state.knots.velocity);
             }
             // Snaps before the world moves: its implicit rows would swallow them.
             self.cables.prepare(state, step, with.touch(), &mut self.world);
@@ -326,9 +278,7 @@ impl RapierJoints {
             work.detections += u64::from(self.world.detecting());
             self.check_world(state)?;
             if with.constrain() {
-                let by_constraints = self.work_of_constraints(state);
-                put_in += by_constraints;
-                self.work_of_effects += by_constraints;
+                put_in += self.books.work_of_constraints(&state.knots.velocity);
             }
             clock.lap(&mut work.stages.world);
 
@@ -343,12 +293,7 @@ impl RapierJoints {
                 clock.lap(&mut work.stages.cables);
             }
         }
-        let moved = before.knots.position.iter().zip(&state.knots.position);
-        let loads = state.forces.on_knots.iter().zip(moved);
-        let by_forces = loads.map(|(force, (from, to))| force.dot(&(to - from))).sum::<f64>();
-        put_in += by_forces;
-        self.work_of_effects += by_forces;
-        Ok(put_in)
+        Ok(put_in + self.books.work_of_forces(&state.forces.on_knots, &before.knots, &state.knots))
     }
 
     /// What effects do before the world moves. The contacts' work on the net [J].
@@ -360,15 +305,6 @@ impl RapierJoints {
         if with.touch() { self.touch(state, step, with) } else { 0.0 }
     }
 
-    /// Work of constraints on knots within a part that ended at `state` [J]: with the mean velocity over the part, which
-    /// is their share in the change of energy. With that at the kick, what a thread gives to light knots and cables
-    /// take back at once would count as put in, and hide what these make: with a thread of 10 N 0.06 of the
-    /// energy at hand.
-    fn work_of_constraints(&self, state: &State) -> f64 {
-        let ends = self.part_start.iter().zip(&state.knots.velocity);
-        self.pulled.iter().zip(ends).map(|(pulled, (v, w))| 0.5 * pulled.dot(&(v + w))).sum()
-    }
-
     /// Constraints act in every part.
     fn constrain(&mut self, state: &mut State, step: f64, with: &mut Interactions) {
         self.untouched.clone_from(&state.knots.velocity);
@@ -376,7 +312,7 @@ impl RapierJoints {
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
                 let (old, new) = (&self.untouched[knot], &state.knots.velocity[knot]);
-                self.pulled[knot] += (new - old) / self.inverse_mass[knot];
+                self.books.pull(knot, (new - old) / self.inverse_mass[knot]);
                 self.world.set_velocity(knot, new);
             }
         }
@@ -401,16 +337,13 @@ impl RapierJoints {
                 let (old, new) = (&self.untouched[knot], &state.knots.velocity[knot]);
                 let impulse = (new - old) / self.inverse_mass[knot];
                 work += 0.5 * impulse.dot(&(old + new));
-                if let Some(body) = self.unpushed.get(TARGET) {
-                    self.given_by_surface += impulse.dot(&body.velocity_at(state.knots.position[knot]));
-                }
-                self.given[knot] += impulse;
+                self.books.give(knot, impulse, &state.knots.position[knot], &self.unpushed);
                 self.world.set_velocity(knot, new);
             }
         }
         if let Some(body) = state.target().filter(|_| state.bodies != self.unpushed) {
             self.world.set_target(body);
-            self.given_to_target += state.energy_of_bodies(true) - energy;
+            self.books.give_to_target(state.energy_of_bodies(true) - energy);
         }
         work
     }
@@ -426,34 +359,6 @@ impl RapierJoints {
             self.flight = None;
         }
         flies
-    }
-
-    /// Contacts solved after the engine has moved net and target without them: the impulse acts at the
-    /// start of the step, where the planes are, so it changes velocity by Δv and position by Δv h.
-    fn solve_contacts(&mut self, before: &State, state: &mut State) {
-        let (Some(start), Some(end)) = (before.target(), state.bodies.get_mut(TARGET)) else { return };
-        let (step, world) = (self.step, &mut self.world);
-        // The pose of the start with the velocities of the end.
-        let mut body = Body { velocity: end.velocity, rate: end.rate, ..*start };
-        let mut knots = MovedKnots {
-            start: &before.knots,
-            end: &mut state.knots,
-            inverse_mass: &self.inverse_mass,
-            step,
-            touched: Vec::new(),
-        };
-        self.contacts.solve(&mut knots, std::slice::from_mut(&mut body), step);
-        for knot in knots.touched {
-            world.set_velocity(knot, &state.knots.velocity[knot]);
-            world.set_position(knot, &state.knots.position[knot]);
-        }
-        if body.velocity != end.velocity || body.rate != end.rate {
-            end.position += step * (body.velocity - end.velocity);
-            end.attitude = UnitQuaternion::from_scaled_axis(step * (body.rate - end.rate)) * end.attitude;
-            end.velocity = body.velocity;
-            end.rate = body.rate;
-            world.set_target(end);
-        }
     }
 
     fn check_world(&self, state: &State) -> Result<(), Failure> {
@@ -480,13 +385,11 @@ impl Stepper for RapierJoints {
     ) -> Result<StepReport, Failure> {
         let start = self.cables.energy(&state.knots) + state.energy_of_bodies(true);
         if with.act_within() {
-            self.given.resize(self.inverse_mass.len(), Vector3::zeros());
-            self.pulled.resize(self.inverse_mass.len(), Vector3::zeros());
+            self.books.open(self.inverse_mass.len());
         }
         let (mut cuts, mut velocity_lag) = (0, 0.0);
         if self.flies(state) {
-            (self.work_of_effects, self.given_to_target) = (0.0, 0.0);
-            self.given.clear();
+            self.books.begin();
             if let Some(flight) = &mut self.flight {
                 velocity_lag = flight.step(before, state, with, work)?.velocity_lag;
             }
@@ -496,7 +399,8 @@ impl Stepper for RapierJoints {
             clock.lap(&mut work.stages.contact);
             cuts = self.cut_as_needed(before, state, with, work, &mut clock)?;
             if self.contacts.is_own() {
-                self.solve_contacts(before, state);
+                let Self { contacts, world, inverse_mass, step, .. } = self;
+                own_contact::solve(contacts, world, inverse_mass, *step, before, state);
                 failure::check(state, "contact")?;
                 clock.lap(&mut work.stages.contact);
                 self.cables.observe(state);
@@ -505,7 +409,8 @@ impl Stepper for RapierJoints {
             self.contacts.report(&before.knots, state, |from, to, list| with.report_contacts(from, to, list));
             self.count(work);
         }
-        let energy_error = self.energy_error(start, before, state);
+        let gain = self.cables.energy(&state.knots) + state.energy_of_bodies(true) - start;
+        let energy_error = self.books.error(gain, before, state);
         self.iterations.adapt(energy_error / self.launch_energy);
         Ok(StepReport { energy_error: Some(energy_error), cuts, velocity_lag, ..StepReport::default() })
     }
@@ -537,41 +442,4 @@ fn most_parts(context: &BuildContext<'_>, finer: f64) -> u32 {
     }
     let resolving = RESOLVES * stable_step(context.net);
     (finer * context.time_step.step / resolving).ceil().clamp(1.0, f64::from(MOST_PARTS)) as u32
-}
-
-/// Knots at the positions of the start of the step, with the velocities of its end.
-struct MovedKnots<'a> {
-    start: &'a Knots,
-    end: &'a mut Knots,
-    inverse_mass: &'a [f64],
-    step: f64,
-    touched: Vec<usize>,
-}
-
-impl NetMotion for MovedKnots<'_> {
-    fn position(&self, knot: usize) -> Vector3<f64> {
-        self.start.position[knot]
-    }
-
-    fn velocity(&self, knot: usize) -> Vector3<f64> {
-        self.end.velocity[knot]
-    }
-
-    fn velocity_before(&self, knot: usize) -> Vector3<f64> {
-        self.start.velocity[knot]
-    }
-
-    fn inverse_mass(&self, knot: usize) -> f64 {
-        self.inverse_mass[knot]
-    }
-
-    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
-        let change = impulse * (weight * self.inverse_mass[knot]);
-        self.end.velocity[knot] += change;
-        self.end.position[knot] += change * self.step;
-    }
-
-    fn mark(&mut self, knot: usize) {
-        self.touched.push(knot);
-    }
 }
