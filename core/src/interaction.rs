@@ -20,6 +20,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::contact::row::RowSource;
 use crate::state::{Body, BodyModel, Contact, EffectWork, Forces, Knots, State, Wrench};
 use crate::work::Clock;
 
@@ -110,6 +111,11 @@ pub trait ContactLaw: Send {
         step: f64,
         touched: &mut [bool],
     );
+
+    /// Its rows, where they are solved together with those of other contacts, and not by itself.
+    fn rows(&mut self) -> Option<&mut dyn RowSource> {
+        None
+    }
 
     /// Forgets what it answered since the start of the step, which is done again.
     fn rollback(&mut self) {}
@@ -303,6 +309,7 @@ pub struct Interactions {
     kicks_only_knots: bool,
     constraints: Vec<usize>,
     contacts: Vec<usize>,
+    brings_rows: bool,
     observers: Vec<usize>,
 }
 
@@ -329,7 +336,9 @@ impl Interactions {
         let kicks_only_knots = of_kind(|effect| {
             effect.half_kick().is_some_and(|kick| kick.kicks_knots() && !kick.kicks_elements())
         });
+        let brings_rows = of_kind(|effect| effect.contacts().is_some_and(|law| law.rows().is_some()));
         Interactions {
+            brings_rows: !brings_rows.is_empty(),
             half_kicks: of_kind(|effect| effect.half_kick().is_some()),
             kicks_knots: !kicks_knots.is_empty(),
             kicks_only_knots: !kicks_only_knots.is_empty(),
@@ -556,7 +565,7 @@ impl Interactions {
         }
     }
 
-    /// Contact laws change velocities for a (sub-)step of `step` seconds and mark the knots.
+    /// Contact laws that bring no rows change velocities for a (sub-)step of `step` seconds and mark the knots.
     pub fn solve_contacts(
         &mut self,
         knots: &mut Knots,
@@ -565,7 +574,25 @@ impl Interactions {
         step: f64,
         touched: &mut [bool],
     ) {
-        self.each_contact_law(|law| law.solve(knots, before, bodies, step, touched));
+        self.each_contact_law(|law| {
+            if law.rows().is_none() {
+                law.solve(knots, before, bodies, step, touched);
+            }
+        });
+    }
+
+    /// Whether contact laws bring rows.
+    pub fn bring_rows(&self) -> bool {
+        self.brings_rows
+    }
+
+    /// Contact laws that bring rows do something with them.
+    pub fn each_row_source(&mut self, mut act: impl FnMut(&mut dyn RowSource)) {
+        self.each_contact_law(|law| {
+            if let Some(rows) = law.rows() {
+                act(rows);
+            }
+        });
     }
 
     /// Adds the contacts that were answered within the step from `before` to `after`.

@@ -4,7 +4,7 @@ use crate::contact::ContactSettings;
 use crate::friction::Law;
 use crate::limits::Limits;
 use crate::net::Net;
-use crate::solver::{ContactModel, Solver};
+use crate::solver::Solver;
 use crate::target::Target;
 
 /// Steps and sub-steps of a run.
@@ -29,8 +29,6 @@ pub struct BuildOptions {
     pub pull: f64,
     /// Largest acceleration of a field that the target is held against [m/s^2].
     pub gravity: f64,
-    /// Whether an effect has whole cables touch the target: see [`BuildContext::knots_touch_with_cables`].
-    pub cables_touch: bool,
     /// Whether a field kicks all that moves at both ends of a step.
     pub has_fields: bool,
 }
@@ -59,14 +57,6 @@ pub struct BuildContext<'a> {
 }
 
 impl<'a> BuildContext<'a> {
-    /// Whether contacts of knots are answered together with those of the cables that they are the ends of, by the effect
-    /// that brings these. One after the other what cables kick a knot by into the target would in part go to the other
-    /// end of a cable: 6e-3 of the energy at hand in the middle of 16 members, 4.5e-2 at most, of a net of 0.5 mm around
-    /// a panel.
-    pub fn knots_touch_with_cables(&self) -> bool {
-        self.options.cables_touch && self.acts_in_substeps && self.solver.contact == ContactModel::Impulse
-    }
-
     /// What contacts with the target are made of; none without a target.
     pub fn contact_settings(&self) -> Option<ContactSettings<'a>> {
         Some(ContactSettings {

@@ -13,7 +13,7 @@ use super::engine::EngineContacts;
 use super::gauss_seidel::IterationLimits;
 use super::lookahead::Lookahead;
 use super::penalty::PenaltyForce;
-use super::row::{NetMotion, OfParting, Parting, PushOut};
+use super::row::{NetMotion, OfParting, Parting, PushOut, RowSource};
 use super::solver::{ContactSolver, NormalSolver};
 use super::surface::{Feature, SurfaceContacts};
 use super::woodbury::{self, Woodbury};
@@ -159,6 +159,14 @@ impl ContactManager {
     pub fn solve(&mut self, net: &mut impl NetMotion, bodies: &mut [Body], step: f64) {
         if let ContactManager::Own(own) = self {
             own.solve(net, &mut bodies[TARGET], step);
+        }
+    }
+
+    /// Rows of the knots, where impulses of ours answer them.
+    pub fn row_source(&mut self) -> Option<&mut dyn RowSource> {
+        match self {
+            ContactManager::Own(own) if !own.is_force() => Some(own.as_mut()),
+            _ => None,
         }
     }
 

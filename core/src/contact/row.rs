@@ -77,6 +77,18 @@ pub trait NetMotion {
     fn mark(&mut self, _knot: usize) {}
 }
 
+/// Finds contacts as rows, and leaves it to others to solve them, together with rows of other sources.
+pub trait RowSource {
+    /// Adds the rows of a (sub-)step of `step` seconds.
+    fn add_rows(&mut self, net: &MarkedKnots<'_>, body: &Body, step: f64, rows: &mut Vec<ContactRow>);
+
+    /// Takes over what its `rows` were solved to, and marks their knots, while the target went from the first to the second of `bodies`.
+    fn take_rows(&mut self, rows: &[ContactRow], net: &mut MarkedKnots<'_>, bodies: [&Body; 2], step: f64);
+
+    /// Whether they are of contacts with the target, which may rub, or within the net.
+    fn touches_target(&self) -> bool;
+}
+
 /// The knots of a state, with marks on those that contacts moved.
 pub struct MarkedKnots<'a> {
     /// Positions and velocities.

@@ -44,7 +44,9 @@ use parry3d::query::details::closest_points_segment_segment_with_locations_nD as
 
 use super::InverseInertia;
 use super::lookahead::Lookahead;
-use super::row::{ContactRow, JacobianWeights, MarkedKnots, NetMotion, OfParting, Parting, PushOut};
+use super::row::{
+    ContactRow, JacobianWeights, MarkedKnots, NetMotion, OfParting, Parting, PushOut, RowSource,
+};
 use super::solver::{ContactSolver, NormalSolver};
 use crate::net::Net;
 use crate::state::{Body, EffectWork, Knots};
@@ -84,6 +86,8 @@ pub struct StrandContacts {
     near: Vec<StrandPair>,
     /// Rows of the pairs that act in this sub-step; kept for its memory.
     rows: Vec<ContactRow>,
+    /// Pairs that overlapped and were pressed together in the last.
+    n_deep: usize,
     /// Places of the pairs of the rows among the near ones.
     pairs_of: Vec<usize>,
     /// Impulses within the step, a knot each [N s].
@@ -241,6 +245,7 @@ impl StrandContacts {
             due: Vec::new(),
             near,
             rows: Vec::new(),
+            n_deep: 0,
             pairs_of: Vec::new(),
             impulses: vec![Vector3::zeros(); net.n_knots()],
             n_acted: 0,
@@ -250,27 +255,16 @@ impl StrandContacts {
 
     /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of knots, and marks them.
     pub fn solve(&mut self, net: &mut MarkedKnots<'_>, step: f64) {
-        let way = step * closing_speed(net.knots);
-        self.approach(net.knots, NEAR * way);
-        self.find_rows(net, step, NEAR * way);
-        self.travelled += way;
-        if self.rows.is_empty() {
-            return;
-        }
         // The target has no part in it: no row names one.
-        let mut nobody = Body::at_rest();
-        let target = InverseInertia::default();
-        self.solver.solve(&mut self.rows, net, &mut nobody, &target, step);
-        for (row, &pair) in self.rows.iter().zip(&self.pairs_of) {
-            self.near[pair].force = row.impulse / step;
-            if row.impulse > 0.0 {
-                self.n_acted += 1;
-                for &(knot, weight) in row.weights.all() {
-                    self.impulses[knot] += weight * row.impulse * row.normal;
-                    net.mark(knot);
-                }
-            }
+        let (mut nobody, target) = (Body::at_rest(), InverseInertia::default());
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.clear();
+        self.add_rows(net, &nobody, step, &mut rows);
+        if !rows.is_empty() {
+            self.solver.solve(&mut rows, net, &mut nobody, &target, step);
+            self.take_rows(&rows, net, [&nobody; 2], step);
         }
+        self.rows = rows;
     }
 
     /// Takes up the pairs that may be `near` [m] or nearer.
@@ -296,11 +290,9 @@ impl StrandContacts {
         self.due = due;
     }
 
-    /// Rows of the near pairs that would touch within the step; those farther than `near` [m] become distant.
-    fn find_rows(&mut self, net: &MarkedKnots<'_>, step: f64, near: f64) {
-        let is_deep = |row: &&ContactRow| row.gap < 0.0 && row.impulse > 0.0;
-        let push_out = self.parting.push_out.shared_by(self.rows.iter().filter(is_deep).count());
-        self.rows.clear();
+    /// Adds rows of the near pairs that would touch within the step; those farther than `near` [m] become distant.
+    fn find_rows(&mut self, net: &MarkedKnots<'_>, step: f64, near: f64, rows: &mut Vec<ContactRow>) {
+        let push_out = self.parting.push_out.shared_by(std::mem::take(&mut self.n_deep));
         self.pairs_of.clear();
         let mut kept = 0;
         for index in 0..self.near.len() {
@@ -314,7 +306,7 @@ impl StrandContacts {
             pair.normal = place.normal;
             pair.folded_into &= place.gap < 0.0;
             if let Some(row) = self.row(&pair, &place, push_out, net, step) {
-                self.rows.push(row);
+                rows.push(row);
                 self.pairs_of.push(kept);
                 self.deepest = self.deepest.max(-place.gap);
             }
@@ -399,6 +391,33 @@ impl StrandContacts {
     /// Number of pairs.
     pub fn n_pairs(&self) -> usize {
         self.distant.len() + self.near.len()
+    }
+}
+
+impl RowSource for StrandContacts {
+    fn add_rows(&mut self, net: &MarkedKnots<'_>, _: &Body, step: f64, rows: &mut Vec<ContactRow>) {
+        let way = step * closing_speed(net.knots);
+        self.approach(net.knots, NEAR * way);
+        self.find_rows(net, step, NEAR * way, rows);
+        self.travelled += way;
+    }
+
+    fn take_rows(&mut self, rows: &[ContactRow], net: &mut MarkedKnots<'_>, _: [&Body; 2], step: f64) {
+        for (row, &pair) in rows.iter().zip(&self.pairs_of) {
+            self.near[pair].force = row.impulse / step;
+            if row.impulse > 0.0 {
+                self.n_acted += 1;
+                self.n_deep += usize::from(row.gap < 0.0);
+                for &(knot, weight) in row.weights.all() {
+                    self.impulses[knot] += weight * row.impulse * row.normal;
+                    net.mark(knot);
+                }
+            }
+        }
+    }
+
+    fn touches_target(&self) -> bool {
+        false
     }
 }
 

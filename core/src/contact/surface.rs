@@ -10,7 +10,7 @@
 use super::InverseInertia;
 use super::cable_planes::CablePlanes;
 use super::plane::{ContactPlane, RowRules, SurfaceMotion};
-use super::row::{ContactRow, NetMotion, Parting};
+use super::row::{ContactRow, MarkedKnots, NetMotion, Parting, RowSource};
 use super::schedule::{Detection, DetectionSchedule};
 use super::solver::{ContactSolver, NormalSolver};
 use crate::net::Net;
@@ -158,32 +158,14 @@ impl SurfaceContacts {
     /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `body`, and marks
     /// the knots.
     pub fn solve(&mut self, net: &mut impl NetMotion, body: &mut Body, step: f64) {
-        self.solve_with(None, net, body, step);
-    }
-
-    /// The same together with `others`, which have rows of the same knots: all by the solver of this.
-    pub fn solve_with(
-        &mut self,
-        mut others: Option<&mut SurfaceContacts>,
-        net: &mut impl NetMotion,
-        body: &mut Body,
-        step: f64,
-    ) {
         self.prepare(net, body, step);
-        let (own, mut rows) = (self.rows.len(), std::mem::take(&mut self.rows));
-        if let Some(others) = &mut others {
-            others.prepare(net, body, step);
-            rows.append(&mut others.rows);
-        }
-        if !rows.is_empty() {
+        if !self.rows.is_empty() {
+            let mut rows = std::mem::take(&mut self.rows);
             let (target, before) = (self.inverse_inertia.at(body), *body);
             self.solver.solve(&mut rows, net, body, &target, step);
-            self.finish(&rows[..own], net, [&before, body], step);
-            if let Some(others) = others {
-                others.finish(&rows[own..], net, [&before, body], step);
-            }
+            self.finish(&rows, net, [&before, body], step);
+            self.rows = rows;
         }
-        self.rows = rows;
     }
 
     /// Rows of a (sub-)step of `step` seconds, with what they begin with.
@@ -292,6 +274,21 @@ impl SurfaceContacts {
     /// Number of colliders of the detector.
     pub fn n_colliders(&self) -> usize {
         self.feature.n_colliders()
+    }
+}
+
+impl RowSource for SurfaceContacts {
+    fn add_rows(&mut self, net: &MarkedKnots<'_>, body: &Body, step: f64, rows: &mut Vec<ContactRow>) {
+        self.prepare(net, body, step);
+        rows.extend_from_slice(&self.rows);
+    }
+
+    fn take_rows(&mut self, rows: &[ContactRow], net: &mut MarkedKnots<'_>, bodies: [&Body; 2], step: f64) {
+        self.finish(rows, net, bodies, step);
+    }
+
+    fn touches_target(&self) -> bool {
+        true
     }
 }
 

@@ -20,10 +20,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Parameters;
-use crate::contact::row::MarkedKnots;
+use crate::contact::row::{MarkedKnots, RowSource};
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::{BuildContext, BuildOptions};
+use crate::options::BuildContext;
+use crate::solver::ContactModel;
 use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 
 /// Contact of cables has no parameters of its own.
@@ -32,15 +33,9 @@ use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 pub struct CableContact {}
 
 impl Parameters for CableContact {
-    fn ask(&self, options: &mut BuildOptions) {
-        options.cables_touch = true;
-    }
-
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let settings = context.contact_settings();
         let contacts = settings.map(|settings| settings.of_cables());
-        let knots =
-            settings.filter(|_| context.knots_touch_with_cables()).and_then(|settings| settings.of_knots());
         let about = match contacts {
             Some(_) => format!("a capsule for each of {} cables, to detect with", context.net.cables.len()),
             None => "nothing: the scene has no target".to_owned(),
@@ -48,7 +43,8 @@ impl Parameters for CableContact {
         let inverse_mass = context.net.mass.iter().map(|mass| 1.0 / mass).collect();
         let bounces = context.solver.restitution > 0.0;
         let step = context.time_step.step;
-        let cables = TouchingCables { contacts, knots, inverse_mass, bounces, step, stored: 0.0 };
+        let is_joint = context.acts_in_substeps && context.solver.contact == ContactModel::Impulse;
+        let cables = TouchingCables { contacts, is_joint, inverse_mass, bounces, step, stored: 0.0 };
         Interaction::new("cable_contact", about, cables).internal()
     }
 }
@@ -57,8 +53,8 @@ impl Parameters for CableContact {
 struct TouchingCables {
     /// None without a target.
     contacts: Option<SurfaceContacts>,
-    /// Of the knots, where they are answered together.
-    knots: Option<SurfaceContacts>,
+    /// Whether they are answered together with those of the knots.
+    is_joint: bool,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
     /// Whether it bounces.
@@ -66,12 +62,6 @@ struct TouchingCables {
     step: f64,
     /// Energy that it held after the last step [J].
     stored: f64,
-}
-
-impl TouchingCables {
-    fn each(&self) -> impl Iterator<Item = &SurfaceContacts> {
-        self.contacts.iter().chain(&self.knots)
-    }
 }
 
 impl Effect for TouchingCables {
@@ -87,7 +77,7 @@ impl Effect for TouchingCables {
 impl ContactLaw for TouchingCables {
     /// Those of the planes, which stand for the whole step.
     fn knots(&self, _n_knots: usize, knots: &mut Vec<usize>) {
-        let bearers = self.each().flat_map(SurfaceContacts::bearers);
+        let bearers = self.contacts.iter().flat_map(SurfaceContacts::bearers);
         knots.extend(bearers);
     }
 
@@ -101,11 +91,15 @@ impl ContactLaw for TouchingCables {
     ) {
         let Some(contacts) = &mut self.contacts else { return };
         let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
-        contacts.solve_with(self.knots.as_mut(), &mut net, &mut bodies[TARGET], step);
+        contacts.solve(&mut net, &mut bodies[TARGET], step);
+    }
+
+    fn rows(&mut self) -> Option<&mut dyn RowSource> {
+        self.contacts.as_mut().filter(|_| self.is_joint).map(|contacts| contacts as &mut dyn RowSource)
     }
 
     fn rollback(&mut self) {
-        self.contacts.iter_mut().chain(&mut self.knots).for_each(SurfaceContacts::forget);
+        self.contacts.iter_mut().for_each(SurfaceContacts::forget);
     }
 
     fn bounces(&self) -> bool {
@@ -113,20 +107,19 @@ impl ContactLaw for TouchingCables {
     }
 
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
-        for own in self.each() {
+        if let Some(own) = &self.contacts {
             own.report(before, after, None, contacts);
         }
     }
 
     fn detection(&self) -> (usize, u64) {
-        self.each()
-            .fold((0, 0), |(colliders, times), own| (colliders + own.n_colliders(), times + own.n_detections))
+        self.contacts.as_ref().map_or((0, 0), |own| (own.n_colliders(), own.n_detections))
     }
 }
 
 impl StepObserver for TouchingCables {
     fn start_of_step(&mut self, state: &State) {
-        for contacts in self.contacts.iter_mut().chain(&mut self.knots) {
+        if let Some(contacts) = &mut self.contacts {
             contacts.update(state, &state.bodies[TARGET], self.step);
         }
     }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::{Parameters, SummaryRow};
 use crate::contact::gauss_seidel::IterationLimits;
 use crate::contact::lookahead::Lookahead;
-use crate::contact::row::MarkedKnots;
+use crate::contact::row::{MarkedKnots, RowSource};
 use crate::contact::strands::{StrandContacts, bullet_radius};
 use crate::interaction::{ContactLaw, Effect, EffectOutput, Interaction, Report, StepObserver};
 use crate::options::BuildContext;
@@ -50,13 +50,13 @@ impl Parameters for SelfContact {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
         // Else the engine moves cables after it.
-        let lookahead =
-            (!context.acts_in_substeps).then(|| Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS));
+        let is_joint = context.acts_in_substeps;
+        let lookahead = (!is_joint).then(|| Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS));
         let contacts = StrandContacts::new(net, bullet_radius, self.restitution, lookahead);
         let (n_pairs, millimetres) = (contacts.n_pairs(), 1e3 * bullet_radius);
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
         let inverse_mass = net.mass.iter().map(|mass| 1.0 / mass).collect();
-        let strands = Strands { contacts, inverse_mass, bounces: self.restitution > 0.0 };
+        let strands = Strands { contacts, is_joint, inverse_mass, bounces: self.restitution > 0.0 };
         Interaction::new("self_contact", about, strands).internal()
     }
 }
@@ -64,6 +64,8 @@ impl Parameters for SelfContact {
 /// The net's strands under way.
 struct Strands {
     contacts: StrandContacts,
+    /// Whether they are answered together with those of knots and cables.
+    is_joint: bool,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
     /// Whether they bounce.
@@ -109,6 +111,10 @@ impl ContactLaw for Strands {
     ) {
         let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
         self.contacts.solve(&mut net, step);
+    }
+
+    fn rows(&mut self) -> Option<&mut dyn RowSource> {
+        if self.is_joint { Some(&mut self.contacts) } else { None }
     }
 
     fn rollback(&mut self) {

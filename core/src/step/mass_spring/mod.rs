@@ -4,9 +4,11 @@ pub mod dopri5;
 pub mod kernel;
 pub mod secant;
 pub mod stability;
+mod together;
 
 use nalgebra::Vector3;
 
+use crate::contact::row::MarkedKnots;
 use crate::contact::{ContactManager, NetMotion};
 use crate::failure::{self, Cuts, Failure};
 use crate::interaction::Interactions;
@@ -20,6 +22,7 @@ use crate::work::{Clock, Work};
 use crate::world::Census;
 use kernel::ExplicitNet;
 use stability::{RESOLVES, SAFE, parts_in_contact, stable_step};
+use together::JointContacts;
 
 /// Cables as an explicit net.
 pub struct Explicit;
@@ -74,9 +77,10 @@ impl Method for Explicit {
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Box<dyn Stepper> {
-        let settings = context.contact_settings().filter(|_| !context.knots_touch_with_cables());
+        let settings = context.contact_settings();
         Box::new(MassSpring {
             contacts: ContactManager::new(settings.as_ref()),
+            joint: JointContacts::new(settings.as_ref()),
             bounces: context.solver.restitution > 0.0,
             ..MassSpring::new(context, context.time_step)
         })
@@ -87,6 +91,10 @@ impl Method for Explicit {
 pub struct MassSpring {
     net: ExplicitNet,
     contacts: ContactManager,
+    /// Those of knots and of effects, where these bring rows.
+    joint: JointContacts,
+    /// Inverse mass of each knot [1/kg].
+    inverse_mass: Vec<f64>,
     /// Knots that effects may change in this step, and whether one changed their velocity in this sub-step.
     reached: Vec<usize>,
     touched: Vec<bool>,
@@ -122,6 +130,8 @@ impl MassSpring {
             net: explicit,
             parts_in_contact: parts_in_contact(solver.integrator, net, solver.restitution, substep),
             contacts: ContactManager::Absent,
+            joint: JointContacts::default(),
+            inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
             unkicked: Vec::new(),
@@ -192,18 +202,30 @@ impl MassSpring {
         if pushes && kick == SubstepKick::HalfOfCables {
             self.net.push_for(0.5 * self.substep);
         }
+        // Forces first: rows are solved at the velocities that all of them leave.
+        let is_joint = with.bring_rows();
+        if is_joint && self.contacts.row_source().is_none() {
+            acted |= self.answer(state);
+        }
         if !self.reached.is_empty() {
             acted |= self.interact(state, with);
         }
-        let mut net = Kicked { net: &mut self.net, before: &self.unkicked, pushed: false };
-        self.contacts.solve(&mut net, &mut state.bodies, self.substep);
-        acted |= net.pushed;
+        if !is_joint {
+            acted |= self.answer(state);
+        }
         state.drift_bodies(true, self.substep);
         self.net.drift(self.substep);
         if pushes && !self.lagged {
             self.act_at(state, 0.5);
         }
         acted
+    }
+
+    /// Contacts of knots act by themselves. Whether any did.
+    fn answer(&mut self, state: &mut State) -> bool {
+        let mut net = Kicked { net: &mut self.net, before: &self.unkicked, pushed: false };
+        self.contacts.solve(&mut net, &mut state.bodies, self.substep);
+        net.pushed
     }
 
     /// Constraints and contacts of effects act sub-step by sub-step. As impulses of two sub-steps at a time
@@ -218,7 +240,12 @@ impl MassSpring {
         }
         if with.touch() {
             let State { knots, bodies, .. } = state;
-            with.solve_contacts(knots, &self.unkicked, bodies, self.substep, &mut self.touched);
+            let (before, touched) = (self.unkicked.as_slice(), self.touched.as_mut_slice());
+            with.solve_contacts(knots, before, bodies, self.substep, touched);
+            if with.bring_rows() {
+                let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
+                self.joint.solve(&mut self.contacts, with, &mut net, bodies, self.substep);
+            }
         }
         let mut acted = false;
         for &knot in &self.reached {
@@ -246,6 +273,11 @@ impl Stepper for MassSpring {
         clock.lap(&mut work.stages.contact);
 
         with.reached_knots(state.knots.position.len(), &mut self.reached);
+        if with.bring_rows() {
+            self.reached.extend(self.contacts.watched());
+            self.reached.sort_unstable();
+            self.reached.dedup();
+        }
         self.net.load(&state.knots, &state.forces.on_knots);
         // One more than may be: those end it.
         let tried = self.net.tried();

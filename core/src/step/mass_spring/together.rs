@@ -1,0 +1,104 @@
+//! Contacts of all kinds in a sub-step, solved together: of knots and cables with the target, of strands with each other.
+//!
+//! One kind after the other, what cables kick a knot by into the target would in part go to the other end of a cable, and
+//! what the target keeps out goes into a strand that was answered before. Created of the energy at hand, in the middle and at most:
+//!
+//! | members | one after the other | together |
+//! |---|---|---|
+//! | a net of 0.5 mm around a panel, whole cables and knots, 16 | 6e-3, 4.5e-2 | 6e-5, 1.2e-4 |
+//! | `cube-fixed`, strands and knots, 32 | 2.8e-4, 1.1e-2 | 2.4e-5, 2.1e-4 |
+
+use crate::contact::gauss_seidel::{self, IterationLimits, Rubbing};
+use crate::contact::row::{ContactRow, MarkedKnots, RowSource};
+use crate::contact::{ContactManager, ContactSettings, InverseInertia};
+use crate::friction::Law;
+use crate::interaction::Interactions;
+use crate::state::{Body, TARGET};
+
+/// All rows of a sub-step.
+#[derive(Default)]
+pub struct JointContacts {
+    /// With the target first; kept for their memory.
+    rows: Vec<ContactRow>,
+    /// How many there are behind those of each source.
+    ends: Vec<usize>,
+    /// Of those with the target.
+    friction: Option<Law>,
+    /// Of the target in the body frame; none without one.
+    target: Option<InverseInertia>,
+}
+
+impl JointContacts {
+    /// Of a scene with contacts of these `settings`; none without a target.
+    pub fn new(settings: Option<&ContactSettings<'_>>) -> JointContacts {
+        JointContacts {
+            friction: settings.and_then(|settings| settings.friction),
+            target: settings.map(|settings| InverseInertia::of(&settings.target.model())),
+            ..JointContacts::default()
+        }
+    }
+
+    /// Solves what the laws of `with` find in a sub-step of `step` seconds, and what `knots` find where impulses answer it.
+    pub fn solve(
+        &mut self,
+        knots: &mut ContactManager,
+        with: &mut Interactions,
+        net: &mut MarkedKnots<'_>,
+        bodies: &mut [Body],
+        step: f64,
+    ) {
+        let mut nobody = Body::at_rest();
+        let body = match self.target {
+            Some(_) => &mut bodies[TARGET],
+            None => &mut nobody,
+        };
+        let Self { rows, ends, .. } = self;
+        rows.clear();
+        ends.clear();
+        let mut n_with_target = 0;
+        for touches_target in [true, false] {
+            each_source(knots, with, touches_target, &mut |source| {
+                source.add_rows(net, body, step, rows);
+                ends.push(rows.len());
+            });
+            if touches_target {
+                n_with_target = rows.len();
+            }
+        }
+        if rows.is_empty() {
+            return;
+        }
+        if n_with_target < rows.len() {
+            // In a wad the impulses of the sub-step before are no guess.
+            rows.iter_mut().for_each(|row| row.impulse = 0.0);
+        }
+        let (target, before) = (self.target.unwrap_or_default().at(body), *body);
+        let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: n_with_target });
+        gauss_seidel::solve(rows, rubbing, net, body, &target, IterationLimits::WHOLE);
+        let (mut start, mut ends) = (0, ends.iter());
+        for touches_target in [true, false] {
+            each_source(knots, with, touches_target, &mut |source| {
+                let end = ends.next().copied().unwrap_or(start);
+                source.take_rows(&rows[start..end], net, [&before, body], step);
+                start = end;
+            });
+        }
+    }
+}
+
+/// The sources of rows with the target, those of laws first, or of rows within the net.
+fn each_source(
+    knots: &mut ContactManager,
+    with: &mut Interactions,
+    touches_target: bool,
+    act: &mut dyn FnMut(&mut dyn RowSource),
+) {
+    with.each_row_source(|source| {
+        if source.touches_target() == touches_target {
+            act(source);
+        }
+    });
+    if let Some(knots) = knots.row_source().filter(|_| touches_target) {
+        act(knots);
+    }
+}
