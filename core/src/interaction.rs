@@ -176,6 +176,8 @@ pub struct Report {
     pub start: Option<(&'static str, Option<f64>)>,
     /// From when to when the capture is put to the test by it [s].
     pub trial: Option<[f64; 2]>,
+    /// What of it is not to be believed.
+    pub warnings: Vec<String>,
     /// Threads to draw.
     pub threads: Vec<DrawnThread>,
     /// Column of the work that was put into them, all together [J].

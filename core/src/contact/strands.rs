@@ -96,6 +96,8 @@ pub struct StrandContacts {
     n_acted: u64,
     /// Deepest overlap since the start [m].
     pub deepest: f64,
+    /// Pairs that have gone through each other since the start; again where they had parted.
+    pub n_through: u64,
 }
 
 /// A cable, or the ball of a bullet.
@@ -169,6 +171,8 @@ struct StrandPair {
     normal: Vector3<f64>,
     /// Whether it overlaps since the net was folded.
     folded_into: bool,
+    /// Whether it has gone through each other, and has not parted since.
+    is_through: bool,
     /// What it was pressed together with in the (sub-)step before [N].
     force: f64,
 }
@@ -224,7 +228,13 @@ impl StrandContacts {
                     ClosestPoints::of([one, other], &Vector3::zeros(), &folded);
                 let strands = [i as u32, j as u32];
                 if gap < 0.0 {
-                    near.push(StrandPair { strands, normal, folded_into: true, force: 0.0 });
+                    near.push(StrandPair {
+                        strands,
+                        normal,
+                        folded_into: true,
+                        is_through: false,
+                        force: 0.0,
+                    });
                 } else {
                     distant.push(DistantPair { due: gap, strands });
                 }
@@ -250,6 +260,7 @@ impl StrandContacts {
             impulses: vec![Vector3::zeros(); net.n_knots()],
             n_acted: 0,
             deepest: 0.0,
+            n_through: 0,
         }
     }
 
@@ -285,7 +296,7 @@ impl StrandContacts {
         });
         for DistantPair { strands, .. } in due.drain(..) {
             let normal = self.closest(strands, &Vector3::zeros(), knots).normal;
-            self.near.push(StrandPair { strands, normal, folded_into: false, force: 0.0 });
+            self.near.push(StrandPair { strands, normal, folded_into: false, is_through: false, force: 0.0 });
         }
         self.due = due;
     }
@@ -305,16 +316,26 @@ impl StrandContacts {
             }
             pair.normal = place.normal;
             pair.folded_into &= place.gap < 0.0;
+            pair.is_through &= place.gap < 0.0;
             if let Some(row) = self.row(&pair, &place, push_out, net, step) {
                 rows.push(row);
                 self.pairs_of.push(kept);
                 self.deepest = self.deepest.max(-place.gap);
+                let is_through = self.is_through(&pair, place.gap);
+                self.n_through += u64::from(is_through && !pair.is_through);
+                pair.is_through |= is_through;
             }
             pair.force = 0.0;
             self.near[kept] = pair;
             kept += 1;
         }
         self.near.truncate(kept);
+    }
+
+    /// Whether a pair with this `gap` [m] has its middle lines on the wrong sides of each other.
+    fn is_through(&self, pair: &StrandPair, gap: f64) -> bool {
+        let [one, other] = pair.strands.map(|strand| self.strands[strand as usize].radius);
+        gap < -(one + other)
     }
 
     fn closest(&self, strands: [u32; 2], normal: &Vector3<f64>, knots: &Knots) -> ClosestPoints {
@@ -342,8 +363,7 @@ impl StrandContacts {
         // The thinner strand's: one that went through another would be shot off.
         let [one, other] = pair.strands.map(|strand| self.strands[strand as usize].radius);
         let radius = one.min(other);
-        let is_through = gap < -(one + other);
-        let push_out = if is_through { PushOut::Speed(0.0) } else { push_out };
+        let push_out = if self.is_through(pair, gap) { PushOut::Speed(0.0) } else { push_out };
         let parting = Parting { push_out, ..self.parting };
         Some(ContactRow {
             weights,

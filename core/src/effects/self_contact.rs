@@ -36,11 +36,16 @@ pub struct SelfContact {
 pub struct SelfContactSummary {
     /// Deepest overlap of two strands that met in flight, and not in the fold [m].
     pub deepest_m: f64,
+    /// Pairs of strands that went through each other; again where they had parted since.
+    #[serde(default)]
+    pub went_through: u64,
 }
 
 impl Parameters for SelfContact {
-    const ROWS: &'static [SummaryRow] =
-        &[SummaryRow::new("deepest_m", "deepest overlap of strands", "mm").scaled(1e3)];
+    const ROWS: &'static [SummaryRow] = &[
+        SummaryRow::new("deepest_m", "deepest overlap of strands", "mm").scaled(1e3),
+        SummaryRow::new("went_through", "pairs of strands that went through each other", ""),
+    ];
 
     fn summary(generator: &mut SchemaGenerator) -> Option<Schema> {
         Some(generator.subschema_for::<SelfContactSummary>())
@@ -96,7 +101,14 @@ impl EffectOutput for Strands {
     }
 
     fn report(&self, _: &State) -> Report {
-        Report::default().with_numbers(&SelfContactSummary { deepest_m: self.contacts.deepest })
+        let StrandContacts { deepest, n_through, .. } = self.contacts;
+        let numbers = SelfContactSummary { deepest_m: deepest, went_through: n_through };
+        let warning = (n_through > 0).then(|| {
+            let cure = if self.is_joint { "try a smaller solver.step_s" } else { "explicit cables (`--set solver.cables=explicit`, \
+                `solver.contact=impulse`) keep them apart" };
+            format!("{n_through} pairs of strands went through each other, where self_contact is to keep them apart: {cure}")
+        });
+        Report { warnings: warning.into_iter().collect(), ..Report::default().with_numbers(&numbers) }
     }
 }
 

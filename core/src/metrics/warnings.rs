@@ -7,6 +7,7 @@
 //! | steps are longer than the time between two frames that was asked for | before |
 //! | cables go through the target, and `cable_contact` is not named | after |
 //! | a cable bore more than its breaking tension | after |
+//! | what an effect has to say against itself | after |
 //! | a bullet left the reach of the scene | after |
 //! | the method created energy | after |
 
@@ -42,6 +43,7 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
             "a cable bore {utilisation:.2} times its breaking tension; a cable breaks in a flight, not here"
         ));
     }
+    warnings.extend(run.reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned()));
     warnings.extend(out_of_reach(case, run));
     let kept = Conservation::of(case, run);
     if kept.is_broken() {
