@@ -112,6 +112,10 @@ pub trait ContactLaw: Send {
         touched: &mut [bool],
     );
 
+    /// After a method that moves cables by itself moved `knots` for a part of `step` seconds: changes velocities by what it should have
+    /// given in advance, and marks the knots. The part is done again with that.
+    fn correct(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
+
     /// Its rows, where they are solved together with those of other contacts, and not by itself.
     fn rows(&mut self) -> Option<&mut dyn RowSource> {
         None
@@ -581,6 +585,11 @@ impl Interactions {
                 law.solve(knots, before, bodies, step, touched);
             }
         });
+    }
+
+    /// Contact laws change velocities by what they should have given for a part of `step` seconds that is over, and mark the knots.
+    pub fn correct_contacts(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        self.each_contact_law(|law| law.correct(knots, step, touched));
     }
 
     /// Whether contact laws bring rows.

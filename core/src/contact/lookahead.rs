@@ -119,7 +119,7 @@ impl Lookahead {
                 wanted_speed: if stretch > 0.0 { stretch / (step + c / k) } else { stretch / step },
                 softness: 1.0 / (step * (step * k + c)),
                 impulse: share * self.impulse[index],
-                ..held_row(weights, weights.inverse_mass(net), -across / length, None)
+                ..ContactRow::held(weights, weights.inverse_mass(net), -across / length, None)
             });
         }
         for held in &self.held {
@@ -127,7 +127,7 @@ impl Lookahead {
             let weights = JacobianWeights::of_knot(held.knot);
             rows.push(ContactRow {
                 impulse: share * held.impulse,
-                ..held_row(weights, weights.inverse_mass(net), normal, Some(arm))
+                ..ContactRow::held(weights, weights.inverse_mass(net), normal, Some(arm))
             });
         }
     }
@@ -138,30 +138,6 @@ impl Lookahead {
         for (row, &index) in rows.iter().zip(&self.taut) {
             self.impulse[index] = row.impulse;
         }
-    }
-}
-
-/// A row that wants no approach.
-fn held_row(
-    weights: JacobianWeights,
-    inverse_mass: f64,
-    normal: Vector3<f64>,
-    arm: Option<Vector3<f64>>,
-) -> ContactRow {
-    ContactRow {
-        weights,
-        inverse_mass,
-        radius: 0.0,
-        normal,
-        arm,
-        gap: 0.0,
-        velocity: Vector3::zeros(),
-        speed: 0.0,
-        wanted_speed: 0.0,
-        bounces: false,
-        softness: 0.0,
-        impulse: 0.0,
-        friction: Vector3::zeros(),
     }
 }
 

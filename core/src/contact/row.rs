@@ -195,6 +195,30 @@ impl JacobianWeights {
 }
 
 impl ContactRow {
+    /// One that wants no approach.
+    pub fn held(
+        weights: JacobianWeights,
+        inverse_mass: f64,
+        normal: Vector3<f64>,
+        arm: Option<Vector3<f64>>,
+    ) -> ContactRow {
+        ContactRow {
+            weights,
+            inverse_mass,
+            radius: 0.0,
+            normal,
+            arm,
+            gap: 0.0,
+            velocity: Vector3::zeros(),
+            speed: 0.0,
+            wanted_speed: 0.0,
+            bounces: false,
+            softness: 0.0,
+            impulse: 0.0,
+            friction: Vector3::zeros(),
+        }
+    }
+
     /// One over the mass of both sides along `direction` [1/kg].
     #[inline]
     pub fn inverse_mass_along(&self, direction: &Vector3<f64>, target: &InverseInertia) -> f64 {

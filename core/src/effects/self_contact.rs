@@ -9,13 +9,13 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::{Parameters, SummaryRow};
-use crate::contact::gauss_seidel::IterationLimits;
-use crate::contact::lookahead::Lookahead;
+use crate::contact::InverseInertia;
 use crate::contact::row::{MarkedKnots, RowSource};
 use crate::contact::strands::{StrandContacts, bullet_radius};
 use crate::interaction::{ContactLaw, Effect, EffectOutput, Interaction, Report, StepObserver};
 use crate::options::BuildContext;
 use crate::quantity::Positive;
+use crate::solver::ContactModel;
 use crate::state::{Body, EffectWork, Knots, State};
 
 /// Parameters of self contact.
@@ -54,10 +54,11 @@ impl Parameters for SelfContact {
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
-        // Else the engine moves cables after it.
         let is_joint = context.acts_in_substeps;
-        let lookahead = (!is_joint).then(|| Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS));
-        let contacts = StrandContacts::new(net, bullet_radius, self.restitution, lookahead);
+        // A force yields to what presses on it.
+        let holds = context.solver.contact != ContactModel::Penalty;
+        let target = context.target.filter(|_| holds).map(|target| InverseInertia::of(&target.model()));
+        let contacts = StrandContacts::new(net, bullet_radius, self.restitution, !is_joint, target);
         let (n_pairs, millimetres) = (contacts.n_pairs(), 1e3 * bullet_radius);
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
         let inverse_mass = net.mass.iter().map(|mass| 1.0 / mass).collect();
@@ -117,16 +118,21 @@ impl ContactLaw for Strands {
         &mut self,
         knots: &mut Knots,
         before: &[Vector3<f64>],
-        _: &mut [Body],
+        bodies: &mut [Body],
         step: f64,
         touched: &mut [bool],
     ) {
         let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
-        self.contacts.solve(&mut net, step);
+        self.contacts.solve(&mut net, bodies, step);
     }
 
     fn rows(&mut self) -> Option<&mut dyn RowSource> {
         if self.is_joint { Some(&mut self.contacts) } else { None }
+    }
+
+    fn correct(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
+        let mut net = MarkedKnots { knots, before: &[], inverse_mass: &self.inverse_mass, touched };
+        self.contacts.correct(&mut net, step);
     }
 
     fn rollback(&mut self) {
@@ -139,6 +145,10 @@ impl ContactLaw for Strands {
 }
 
 impl StepObserver for Strands {
+    fn start_of_step(&mut self, state: &State) {
+        self.contacts.update(state);
+    }
+
     fn end_of_step(&mut self, before: &State, after: &State) -> EffectWork {
         self.contacts.account(&before.knots, &after.knots)
     }
