@@ -29,6 +29,8 @@ pub struct BuildOptions {
     pub pull: f64,
     /// Largest acceleration of a field that the target is held against [m/s^2].
     pub gravity: f64,
+    /// Whether an effect has more of the net touch than its knots.
+    pub more_touches: bool,
     /// Whether a field kicks all that moves at both ends of a step.
     pub has_fields: bool,
 }
@@ -67,6 +69,7 @@ impl<'a> BuildContext<'a> {
             margin: self.contact_margin,
             speed: self.contact_speed,
             in_turn: !self.acts_in_substeps,
+            is_joint: self.options.more_touches && self.acts_in_substeps,
             coupled: false,
         })
     }

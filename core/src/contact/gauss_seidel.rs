@@ -38,30 +38,37 @@ pub struct IterationLimits {
     /// Passes end when none changes the speed of its row by more than this share of the fastest wanted
     /// change.
     pub tolerance: f64,
+    /// Whether rows that have enough rest for some passes: most of those of a net's cables do where few strands touch.
+    pub rests: bool,
 }
 
 impl IterationLimits {
     /// Until the rows hold. The Cubesat's capture takes 4 passes on average.
-    pub const WHOLE: IterationLimits = IterationLimits { passes: 100, tolerance: 1e-6 };
+    pub const WHOLE: IterationLimits = IterationLimits { passes: 100, tolerance: 1e-6, rests: true };
 
     /// For rows of which the engine solves most again. With 12 passes a net of 6 x 6 meshes at 5 m/s around a box of
     /// 3.5 kg made 6.5e-3 of the energy at hand in the middle of 64 members, with friction 1 around one of 0.5 kg 1.6e-3: what
     /// is not solved comes in, and work pushes it out. With 50 it is 2.4e-4 and 2.0e-4, with 200 the same, and the Cubesat's
     /// capture takes no longer, for most answers end by the tolerance; with one of 1e-4 it takes a tenth more.
-    pub const AHEAD: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-3 };
+    pub const AHEAD: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-3, rests: false };
 
     /// The same of strands of the net: what is not solved goes through, see [`super::strands`].
-    pub const AHEAD_OF_STRANDS: IterationLimits = IterationLimits { passes: 200, tolerance: 1e-4 };
+    pub const AHEAD_OF_STRANDS: IterationLimits =
+        IterationLimits { passes: 200, tolerance: 1e-4, rests: true };
 
     /// The same of those that bounce well. What of a chain of bounces is left approaching is lost, and what is wanted of all at
     /// once may be more than there was: with full restitution 48 members made 2e-4 of the energy at hand in the middle and
     /// 3e-3 at most with 12 passes, 4.2e-3 and 0.1 with 50.
-    pub const AHEAD_OF_BOUNCES: IterationLimits = IterationLimits { passes: 12, tolerance: 1e-3 };
+    pub const AHEAD_OF_BOUNCES: IterationLimits =
+        IterationLimits { passes: 12, tolerance: 1e-3, rests: false };
 
     /// For friction beside forces, whose normal impulses are known. Of 40 nets with friction 1 around boxes, two members each, one made
     /// 1.9e-3 of the energy with 20 passes to 1e-2, none above 6.1e-4 so, and 1.7e-4 with 100 to 1e-6, which takes half as long again.
-    pub const FRICTION: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-4 };
+    pub const FRICTION: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-4, rests: false };
 }
+
+/// Every so many passes rows that rest are looked at.
+const REST: usize = 8;
 
 /// Friction of the first so many rows, solved in the same passes.
 #[derive(Clone, Copy, Debug)]
@@ -92,11 +99,18 @@ pub fn solve(
     }
     let diagonal: Vec<f64> =
         rows.iter().map(|row| row.softness + row.inverse_mass_along(&row.normal, target)).collect();
-    let mut passes = 0;
+    let enough = limits.tolerance * wanted;
+    // Passes in which each row had enough, one after another: such a row rests but for every so many passes, and the last.
+    let mut quiet = vec![0_u8; if limits.rests { rows.len() } else { 0 }];
+    let (mut passes, mut is_whole) = (0, true);
     while passes < limits.passes {
         passes += 1;
+        is_whole |= passes % REST == 0;
         let mut largest = 0.0_f64;
         for (index, (row, diagonal)) in rows.iter_mut().zip(&diagonal).enumerate() {
+            if !is_whole && quiet[index] >= 2 {
+                continue;
+            }
             let speed = row.normal.dot(&row.velocity_now(net, body));
             let short = row.wanted_speed - speed - row.softness * row.impulse;
             let impulse = (row.impulse + short / diagonal).max(0.0);
@@ -106,6 +120,9 @@ pub fn solve(
                 row.apply(&(change * row.normal), net, body, target);
                 largest = largest.max(change.abs() * diagonal);
             }
+            if let Some(quiet) = quiet.get_mut(index) {
+                *quiet = if change.abs() * diagonal <= enough { quiet.saturating_add(1) } else { 0 };
+            }
             if let Some(law) = law
                 && index < n_rubbing
                 && !row.bounces
@@ -114,9 +131,10 @@ pub fn solve(
                 largest = largest.max(change);
             }
         }
-        if largest <= limits.tolerance * wanted {
+        if largest <= enough && is_whole {
             break;
         }
+        is_whole = !limits.rests || largest <= enough;
     }
     if let Some(law) = law {
         for row in rows[..n_rubbing].iter_mut().filter(|row| row.bounces) {
@@ -297,7 +315,7 @@ mod tests {
                     rate: Vector3::new(0.5, -0.3, 0.1),
                 };
                 let expected = dense(&rows, &knots, &inverse_mass, &body, &target);
-                let limits = IterationLimits { passes: 100_000, tolerance: 1e-13 };
+                let limits = IterationLimits { passes: 100_000, tolerance: 1e-13, rests: true };
                 solve(&mut rows, None, &mut net(&mut knots, &inverse_mass), &mut body, &target, limits);
                 let scale = expected.iter().fold(1e-3, |most: f64, j| most.max(*j));
                 for (row, expected) in rows.iter().zip(&expected) {
@@ -338,7 +356,7 @@ mod tests {
                     row.softness = 0.0;
                 }
                 let before = kinetic(&knots, &inverse_mass, &body, 3.5, &inertia);
-                let limits = IterationLimits { passes: 100_000, tolerance: 1e-13 };
+                let limits = IterationLimits { passes: 100_000, tolerance: 1e-13, rests: true };
                 solve(&mut rows, None, &mut net(&mut knots, &inverse_mass), &mut body, &target, limits);
                 let after = kinetic(&knots, &inverse_mass, &body, 3.5, &inertia);
                 assert!(after <= before * (1.0 + 1e-9), "{restitution}: {before} {after}");
@@ -376,7 +394,7 @@ mod tests {
                 let before = kinetic(&knots, &inverse_mass, &body, 3.5, &inertia);
                 let law = Law::Coulomb { coefficient: 1.0 };
                 let rubbing = Some(Rubbing { law: &law, n_rows });
-                let limits = IterationLimits { passes, tolerance: 1e-13 };
+                let limits = IterationLimits { passes, tolerance: 1e-13, rests: true };
                 solve(&mut rows, rubbing, &mut net(&mut knots, &inverse_mass), &mut body, &target, limits);
                 let after = kinetic(&knots, &inverse_mass, &body, 3.5, &inertia);
                 assert!(after <= before * (1.0 + 1e-12), "{passes}: {before} {after}");

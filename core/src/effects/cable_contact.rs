@@ -23,7 +23,7 @@ use super::Parameters;
 use crate::contact::row::{MarkedKnots, RowSource};
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::solver::ContactModel;
 use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 
@@ -33,6 +33,10 @@ use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 pub struct CableContact {}
 
 impl Parameters for CableContact {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.more_touches = true;
+    }
+
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let settings = context.contact_settings();
         let contacts = settings.map(|settings| settings.of_cables());

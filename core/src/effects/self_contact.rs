@@ -13,7 +13,7 @@ use crate::contact::InverseInertia;
 use crate::contact::row::{MarkedKnots, RowSource};
 use crate::contact::strands::{StrandContacts, bullet_radius};
 use crate::interaction::{ContactLaw, Effect, EffectOutput, Interaction, Report, StepObserver};
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::solver::ContactModel;
 use crate::state::{Body, EffectWork, Knots, State};
@@ -49,6 +49,10 @@ impl Parameters for SelfContact {
 
     fn summary(generator: &mut SchemaGenerator) -> Option<Schema> {
         Some(generator.subschema_for::<SelfContactSummary>())
+    }
+
+    fn ask(&self, options: &mut BuildOptions) {
+        options.more_touches = true;
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
