@@ -142,7 +142,7 @@ fn a_wad_of_a_net_stays_bounded() {
 /// under joints a member had 40 to 145 pairs that went through.
 #[test]
 fn strands_drawn_tight_over_a_target_do_not_go_through_each_other() {
-    // (most pairs that went through in four members, deepest [m], largest created); measured: 0, 1.2e-4, 7e-5 and 0, 9.4e-4, 2.6e-4.
+    // (most pairs that went through in four members, deepest [m], largest created); measured: 0, 2.8e-4, 4e-5 and 0, 8e-4, 2.0e-4.
     for (pair, most_through, deepest, created) in
         [("explicit+impulse", 0.0, 7e-4, 7e-4), ("joints+rapier", 8.0, 3e-3, 2.6e-3)]
     {
