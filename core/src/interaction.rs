@@ -7,7 +7,7 @@
 //! | [`ForceElement`] | forces on knots and bodies, held over a step |
 //! | [`HalfKick`] | changes velocities at both ends of a step |
 //! | [`SubstepConstraint`] | changes velocities of knots in every part of a step, and can be undone |
-//! | [`ContactLaw`] | answers contacts that it finds itself |
+//! | [`ContactLaw`] | answers contacts that it finds itself, or brings their rows to one solver of all |
 //! | [`StepObserver`] | says what it stores, and what it did to energy and momentum |
 //! | [`EffectOutput`] | columns, and a report at the end |
 //!

@@ -47,8 +47,8 @@ impl Parameters for CableContact {
         let inverse_mass = context.net.mass.iter().map(|mass| 1.0 / mass).collect();
         let bounces = context.solver.restitution > 0.0;
         let step = context.time_step.step;
-        let is_joint = context.acts_in_substeps && context.solver.contact == ContactModel::Impulse;
-        let cables = TouchingCables { contacts, is_joint, inverse_mass, bounces, step, stored: 0.0 };
+        let is_shared = context.acts_in_substeps && context.solver.contact == ContactModel::Impulse;
+        let cables = TouchingCables { contacts, is_shared, inverse_mass, bounces, step, stored: 0.0 };
         Interaction::new("cable_contact", about, cables).internal()
     }
 }
@@ -58,7 +58,7 @@ struct TouchingCables {
     /// None without a target.
     contacts: Option<SurfaceContacts>,
     /// Whether they are answered together with those of the knots.
-    is_joint: bool,
+    is_shared: bool,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
     /// Whether it bounces.
@@ -99,7 +99,7 @@ impl ContactLaw for TouchingCables {
     }
 
     fn rows(&mut self) -> Option<&mut dyn RowSource> {
-        self.contacts.as_mut().filter(|_| self.is_joint).map(|contacts| contacts as &mut dyn RowSource)
+        self.contacts.as_mut().filter(|_| self.is_shared).map(|contacts| contacts as &mut dyn RowSource)
     }
 
     fn rollback(&mut self) {

@@ -2,7 +2,8 @@
 //!
 //! The physics stands in [`crate::contact::strands`]. It is frictionless: a cable of ours cannot bear the
 //! moment that friction between two of them would put on it. Internal to the net: it takes energy
-//! out and moves momentum between knots.
+//! out and moves momentum between knots. With explicit cables it is answered in every sub-step, together with the contacts of
+//! knots and cables; with joints before every part of a step, and again where the engine presses strands into each other.
 
 use nalgebra::Vector3;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -58,15 +59,15 @@ impl Parameters for SelfContact {
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let bullet_radius = self.bullet_radius_m.map_or_else(|| bullet_radius(net), |radius| radius.0);
-        let is_joint = context.acts_in_substeps;
+        let is_shared = context.acts_in_substeps;
         // A force yields to what presses on it.
         let holds = context.solver.contact != ContactModel::Penalty;
         let target = context.target.filter(|_| holds).map(|target| InverseInertia::of(&target.model()));
-        let contacts = StrandContacts::new(net, bullet_radius, self.restitution, !is_joint, target);
+        let contacts = StrandContacts::new(net, bullet_radius, self.restitution, !is_shared, target);
         let (n_pairs, millimetres) = (contacts.n_pairs(), 1e3 * bullet_radius);
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
         let inverse_mass = net.mass.iter().map(|mass| 1.0 / mass).collect();
-        let strands = Strands { contacts, is_joint, inverse_mass, bounces: self.restitution > 0.0 };
+        let strands = Strands { contacts, is_shared, inverse_mass, bounces: self.restitution > 0.0 };
         Interaction::new("self_contact", about, strands).internal()
     }
 }
@@ -75,7 +76,7 @@ impl Parameters for SelfContact {
 struct Strands {
     contacts: StrandContacts,
     /// Whether they are answered together with those of knots and cables.
-    is_joint: bool,
+    is_shared: bool,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
     /// Whether they bounce.
@@ -109,7 +110,7 @@ impl EffectOutput for Strands {
         let StrandContacts { deepest, n_through, .. } = self.contacts;
         let numbers = SelfContactSummary { deepest_m: deepest, went_through: n_through };
         let warning = (n_through > 0).then(|| {
-            let cure = if self.is_joint { "try a smaller solver.step_s" } else { "explicit cables (`--set solver.cables=explicit`, \
+            let cure = if self.is_shared { "try a smaller solver.step_s" } else { "explicit cables (`--set solver.cables=explicit`, \
                 `solver.contact=impulse`) keep them apart" };
             format!("{n_through} pairs of strands went through each other, where self_contact is to keep them apart: {cure}")
         });
@@ -131,7 +132,7 @@ impl ContactLaw for Strands {
     }
 
     fn rows(&mut self) -> Option<&mut dyn RowSource> {
-        if self.is_joint { Some(&mut self.contacts) } else { None }
+        if self.is_shared { Some(&mut self.contacts) } else { None }
     }
 
     fn correct(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {

@@ -22,7 +22,7 @@ use crate::work::{Clock, Work};
 use crate::world::Census;
 use kernel::ExplicitNet;
 use stability::{RESOLVES, SAFE, parts_in_contact, stable_step};
-use together::JointContacts;
+use together::SharedContacts;
 
 /// Cables as an explicit net.
 pub struct Explicit;
@@ -80,7 +80,7 @@ impl Method for Explicit {
         let settings = context.contact_settings();
         Box::new(MassSpring {
             contacts: ContactManager::new(settings.as_ref()),
-            joint: JointContacts::new(settings.as_ref()),
+            shared: SharedContacts::new(settings.as_ref()),
             bounces: context.solver.restitution > 0.0,
             ..MassSpring::new(context, context.time_step)
         })
@@ -92,7 +92,7 @@ pub struct MassSpring {
     net: ExplicitNet,
     contacts: ContactManager,
     /// Those of knots and of effects, where these bring rows.
-    joint: JointContacts,
+    shared: SharedContacts,
     /// Inverse mass of each knot [1/kg].
     inverse_mass: Vec<f64>,
     /// Knots that effects may change in this step, and whether one changed their velocity in this sub-step.
@@ -130,7 +130,7 @@ impl MassSpring {
             net: explicit,
             parts_in_contact: parts_in_contact(solver.integrator, net, solver.restitution, substep),
             contacts: ContactManager::Absent,
-            joint: JointContacts::default(),
+            shared: SharedContacts::default(),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
@@ -203,14 +203,14 @@ impl MassSpring {
             self.net.push_for(0.5 * self.substep);
         }
         // Forces first: rows are solved at the velocities that all of them leave.
-        let is_joint = with.bring_rows();
-        if is_joint && self.contacts.row_source().is_none() {
+        let is_shared = with.bring_rows();
+        if is_shared && self.contacts.row_source().is_none() {
             acted |= self.answer(state);
         }
         if !self.reached.is_empty() {
             acted |= self.interact(state, with);
         }
-        if !is_joint {
+        if !is_shared {
             acted |= self.answer(state);
         }
         state.drift_bodies(true, self.substep);
@@ -244,7 +244,7 @@ impl MassSpring {
             with.solve_contacts(knots, before, bodies, self.substep, touched);
             if with.bring_rows() {
                 let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
-                self.joint.solve(&mut self.contacts, with, &mut net, bodies, self.substep);
+                self.shared.solve(&mut self.contacts, with, &mut net, bodies, self.substep);
             }
         }
         let mut acted = false;

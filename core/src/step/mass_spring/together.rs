@@ -6,7 +6,7 @@
 //! | members | one after the other | together |
 //! |---|---|---|
 //! | a net of 0.5 mm around a panel, whole cables and knots, 16 | 6e-3, 4.5e-2 | 6e-5, 1.2e-4 |
-//! | `cube-fixed`, strands and knots, 32 | 2.8e-4, 1.1e-2 | 2.4e-5, 2.1e-4 |
+//! | `cube-fixed`, strands and knots, 32 | 2.8e-4, 1.1e-2 | 1.9e-5, 7e-5 |
 
 use crate::contact::gauss_seidel::{self, IterationLimits, Rubbing};
 use crate::contact::row::{ContactRow, MarkedKnots, RowSource};
@@ -15,9 +15,9 @@ use crate::friction::Law;
 use crate::interaction::Interactions;
 use crate::state::{Body, TARGET};
 
-/// All rows of a sub-step.
+/// Contacts that share one problem: all rows of a sub-step.
 #[derive(Default)]
-pub struct JointContacts {
+pub struct SharedContacts {
     /// With the target first; kept for their memory.
     rows: Vec<ContactRow>,
     /// How many there are behind those of each source.
@@ -28,13 +28,13 @@ pub struct JointContacts {
     target: Option<InverseInertia>,
 }
 
-impl JointContacts {
+impl SharedContacts {
     /// Of a scene with contacts of these `settings`; none without a target.
-    pub fn new(settings: Option<&ContactSettings<'_>>) -> JointContacts {
-        JointContacts {
+    pub fn new(settings: Option<&ContactSettings<'_>>) -> SharedContacts {
+        SharedContacts {
             friction: settings.and_then(|settings| settings.friction),
             target: settings.map(|settings| InverseInertia::of(&settings.target.model())),
-            ..JointContacts::default()
+            ..SharedContacts::default()
         }
     }
 
