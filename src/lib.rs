@@ -39,9 +39,9 @@
 //! | [`net`] | knots, cables, bullets; fold and launch |
 //! | [`geometry`], [`target`] | hulls; shapes, mass properties, pose and spin |
 //! | [`work`], [`failure`] | what a step cost; what ends a run |
-//! | [`interaction`] | the contracts between what a scene calls for and the methods that step it |
 //! | [`world`] | the engine behind our words; every engine setting |
 //! | [`contact`] | how contacts are found and solved: one pipeline, one row |
+//! | [`interaction`] | the contracts between what a scene calls for and the methods that step it |
 //! | [`options`], [`step`] | what is built from what; a step with joints of the engine, or with a net of our own: mass-spring, or finite elements |
 //! | [`closing`] | threads, winches, triggers, locks |
 //! | [`field`] | gravity and frames that turn |

@@ -20,7 +20,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::contact::row::RowSource;
+use crate::contact::row::{MarkedKnots, RowSource};
 use crate::state::{Body, BodyModel, Contact, EffectWork, Forces, Knots, State, Wrench};
 use crate::work::Clock;
 
@@ -112,22 +112,13 @@ pub trait ContactLaw: Send {
         touched: &mut [bool],
     );
 
-    /// After a method that moves cables by itself moved `knots` for a part of `step` seconds: changes velocities by what it should have
-    /// given in advance, and marks the knots. The part is done again with that.
-    fn correct(&mut self, _knots: &mut Knots, _step: f64, _touched: &mut [bool]) {}
-
-    /// Its rows, where they are solved together with those of other contacts, and not by itself.
+    /// Its rows, where impulses answer them.
     fn rows(&mut self) -> Option<&mut dyn RowSource> {
         None
     }
 
     /// Forgets what it answered since the start of the step, which is done again.
     fn rollback(&mut self) {}
-
-    /// Whether it asks for the velocities before forces acted, as restitution does.
-    fn bounces(&self) -> bool {
-        false
-    }
 
     /// Adds the contacts it answered within the step from `before` to `after`.
     fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
@@ -256,6 +247,10 @@ pub struct Interaction {
     pub about: String,
     /// Whether it acts between net and target, or within the net: it may take energy, and never gives any.
     pub is_internal: bool,
+    /// Whether its contacts ask for the velocities before forces acted, as restitution does.
+    pub bounces: bool,
+    /// Whether rows of its contacts are solved together with those of others, and not by itself.
+    pub shares_rows: bool,
     /// Bodies that it brings, as they start.
     pub bodies: Vec<(BodyModel, Body)>,
     /// The effect.
@@ -269,6 +264,8 @@ impl Interaction {
             name,
             about: about.into(),
             is_internal: false,
+            bounces: false,
+            shares_rows: false,
             bodies: Vec::new(),
             effect: Box::new(effect),
         }
@@ -278,6 +275,18 @@ impl Interaction {
     #[must_use]
     pub fn internal(self) -> Interaction {
         Interaction { is_internal: true, ..self }
+    }
+
+    /// The same with contacts that bounce, or do not.
+    #[must_use]
+    pub fn bouncing(self, bounces: bool) -> Interaction {
+        Interaction { bounces, ..self }
+    }
+
+    /// The same with contacts whose rows are solved together with those of others, or are not.
+    #[must_use]
+    pub fn sharing_rows(self, shares_rows: bool) -> Interaction {
+        Interaction { shares_rows, ..self }
     }
 
     /// The same with a body of its own that starts as `body`: it moves on by itself, its energy and momenta are counted,
@@ -315,7 +324,8 @@ pub struct Interactions {
     kicks_only_knots: bool,
     constraints: Vec<usize>,
     contacts: Vec<usize>,
-    brings_rows: bool,
+    /// Contact laws whose rows are solved together.
+    sharing: Vec<usize>,
     observers: Vec<usize>,
 }
 
@@ -342,9 +352,7 @@ impl Interactions {
         let kicks_only_knots = of_kind(|effect| {
             effect.half_kick().is_some_and(|kick| kick.kicks_knots() && !kick.kicks_elements())
         });
-        let brings_rows = of_kind(|effect| effect.contacts().is_some_and(|law| law.rows().is_some()));
         Interactions {
-            brings_rows: !brings_rows.is_empty(),
             half_kicks: of_kind(|effect| effect.half_kick().is_some()),
             kicks_knots: !kicks_knots.is_empty(),
             kicks_only_knots: !kicks_only_knots.is_empty(),
@@ -353,8 +361,21 @@ impl Interactions {
             observers: of_kind(|effect| effect.observer().is_some()),
             forces: forces.into_iter().map(applied).collect(),
             times: vec![Duration::ZERO; list.len()],
+            sharing: Vec::new(),
             list,
         }
+        .with_shared_rows()
+    }
+
+    /// Finds contact laws whose rows are solved together.
+    fn with_shared_rows(mut self) -> Interactions {
+        for &index in &self.contacts {
+            let Interaction { shares_rows, effect, .. } = &mut self.list[index];
+            if *shares_rows && effect.contacts().is_some_and(|law| law.rows().is_some()) {
+                self.sharing.push(index);
+            }
+        }
+        self
     }
 
     /// The effects.
@@ -557,8 +578,8 @@ impl Interactions {
     }
 
     /// Whether a contact law asks for velocities before forces acted.
-    pub fn bounce(&mut self) -> bool {
-        self.contacts.iter().any(|&index| self.list[index].effect.contacts().is_some_and(|law| law.bounces()))
+    pub fn bounce(&self) -> bool {
+        self.list.iter().any(|interaction| interaction.bounces)
     }
 
     fn each_contact_law(&mut self, mut act: impl FnMut(&mut dyn ContactLaw)) {
@@ -571,7 +592,7 @@ impl Interactions {
         }
     }
 
-    /// Contact laws that bring no rows change velocities for a (sub-)step of `step` seconds and mark the knots.
+    /// Contact laws that share no rows change velocities for a (sub-)step of `step` seconds and mark the knots.
     pub fn solve_contacts(
         &mut self,
         knots: &mut Knots,
@@ -580,30 +601,40 @@ impl Interactions {
         step: f64,
         touched: &mut [bool],
     ) {
-        self.each_contact_law(|law| {
-            if law.rows().is_none() {
-                law.solve(knots, before, bodies, step, touched);
+        for i in 0..self.contacts.len() {
+            if !self.sharing.contains(&self.contacts[i]) {
+                self.timed(self.contacts[i], |effect| {
+                    if let Some(law) = effect.contacts() {
+                        law.solve(knots, before, bodies, step, touched);
+                    }
+                });
             }
-        });
+        }
     }
 
-    /// Contact laws change velocities by what they should have given for a part of `step` seconds that is over, and mark the knots.
-    pub fn correct_contacts(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]) {
-        self.each_contact_law(|law| law.correct(knots, step, touched));
-    }
-
-    /// Whether contact laws bring rows.
-    pub fn bring_rows(&self) -> bool {
-        self.brings_rows
-    }
-
-    /// Contact laws that bring rows do something with them.
-    pub fn each_row_source(&mut self, mut act: impl FnMut(&mut dyn RowSource)) {
+    /// Contact laws change velocities of `net` by what they should have given for a part of `step` seconds that is over.
+    pub fn correct_contacts(&mut self, net: &mut MarkedKnots<'_>, step: f64) {
         self.each_contact_law(|law| {
             if let Some(rows) = law.rows() {
-                act(rows);
+                rows.correct(net, step);
             }
         });
+    }
+
+    /// Whether contact laws share rows.
+    pub fn share_rows(&self) -> bool {
+        !self.sharing.is_empty()
+    }
+
+    /// Contact laws that share rows do something with them.
+    pub fn each_shared_source(&mut self, mut act: impl FnMut(&mut dyn RowSource)) {
+        for i in 0..self.sharing.len() {
+            self.timed(self.sharing[i], |effect| {
+                if let Some(rows) = effect.contacts().and_then(|law| law.rows()) {
+                    act(rows);
+                }
+            });
+        }
     }
 
     /// Adds the contacts that were answered within the step from `before` to `after`.

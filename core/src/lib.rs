@@ -38,11 +38,11 @@ pub mod work;
 
 pub mod failure;
 
-pub mod interaction;
-
 pub mod world;
 
 pub mod contact;
+
+pub mod interaction;
 
 pub mod options;
 

@@ -223,9 +223,9 @@ pub(super) fn one(
     out: &Path,
     exports: &[Export],
 ) -> Result<Summary, Error> {
+    interrupt::leaves("nothing of this run was written");
     // Before the run, not after: an unwritable folder should cost no run.
     results::make_place(out)?;
-    interrupt::leaves("nothing of this run was written");
     stage("running");
     let bar = Progress::new(1000, case.name());
     let (run, curves) = settle::run(case, at_most, |share| bar.set((1000.0 * share) as u64))?;

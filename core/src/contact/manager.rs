@@ -70,7 +70,7 @@ impl ContactSettings<'_> {
         // What others press in is not to be pushed out against all their tension: at a metre a second a free Cubesat's net whose
         // strands touch made 2e-3 to 4e-3 of the energy at hand at once, in 2 of 32 members.
         let push_out = match self.is_shared {
-            true => PushOut::of_cables(false, self.net.launch_energy()),
+            true => PushOut::of_shared_knots(self.net.launch_energy()),
             false => PushOut::Speed(woodbury::PUSH_OUT),
         };
         let parting = Parting {

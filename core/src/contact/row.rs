@@ -87,6 +87,10 @@ pub trait RowSource {
 
     /// Whether they are of contacts with the target, which may rub, or within the net.
     fn touches_target(&self) -> bool;
+
+    /// After a method that moves cables by itself moved `net` for a part of `step` seconds: changes velocities by what it should have
+    /// given in advance, and marks their knots. The part is done again with that.
+    fn correct(&mut self, _net: &mut MarkedKnots<'_>, _step: f64) {}
 }
 
 /// The knots of a state, with marks on those that contacts moved.
@@ -303,6 +307,15 @@ impl PushOut {
         let (time, share) = if in_turn { (1e-2, POWER_IN_TURN) } else { (5e-3, POWER) };
         let power = if launch_energy > 0.0 { share * launch_energy } else { f64::INFINITY };
         PushOut::Gently { time, power }
+    }
+
+    /// That of knots whose contacts are solved together with others, which press them in: within 1 ms, and with ten times the power. As slow
+    /// as cables, or as weak, they stay up to their radius in the target.
+    pub fn of_shared_knots(launch_energy: f64) -> PushOut {
+        match PushOut::of_cables(false, launch_energy) {
+            PushOut::Gently { power, .. } => PushOut::Gently { time: 1e-3, power: 10.0 * power },
+            other => other,
+        }
     }
 
     /// The same where `n_rows` have the power together.

@@ -323,26 +323,6 @@ impl StrandContacts {
         }
     }
 
-    /// After the engine moved the net for a (sub-)step of `step` seconds: gives what pairs lacked that went too far into each other,
-    /// and marks their knots.
-    pub fn correct(&mut self, net: &mut MarkedKnots<'_>, step: f64) {
-        let mut rows = std::mem::take(&mut self.rows);
-        rows.clear();
-        for place in &self.places {
-            let speed = place.normal.dot(&place.weights.sum(|knot| net.velocity(knot)));
-            if place.gap + step * speed < 0.0 {
-                rows.push(ContactRow { wanted_speed: -place.gap.max(0.0) / step, ..*place });
-            }
-        }
-        if !rows.is_empty() {
-            let target = InverseInertia::default();
-            let limits = IterationLimits::WHOLE;
-            gauss_seidel::solve(&mut rows, None, net, &mut Body::at_rest(), &target, limits);
-            self.gave(&rows, net);
-        }
-        self.rows = rows;
-    }
-
     /// Books the impulses of `rows`, and marks their knots.
     fn gave(&mut self, rows: &[ContactRow], net: &mut MarkedKnots<'_>) {
         for row in rows.iter().filter(|row| row.impulse > 0.0) {
@@ -526,6 +506,25 @@ impl RowSource for StrandContacts {
 
     fn touches_target(&self) -> bool {
         false
+    }
+
+    /// What pairs lacked that went too far into each other.
+    fn correct(&mut self, net: &mut MarkedKnots<'_>, step: f64) {
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.clear();
+        for place in &self.places {
+            let speed = place.normal.dot(&place.weights.sum(|knot| net.velocity(knot)));
+            if place.gap + step * speed < 0.0 {
+                rows.push(ContactRow { wanted_speed: -place.gap.max(0.0) / step, ..*place });
+            }
+        }
+        if !rows.is_empty() {
+            let target = InverseInertia::default();
+            let limits = IterationLimits::WHOLE;
+            gauss_seidel::solve(&mut rows, None, net, &mut Body::at_rest(), &target, limits);
+            self.gave(&rows, net);
+        }
+        self.rows = rows;
     }
 }
 

@@ -48,8 +48,8 @@ impl Parameters for CableContact {
         let bounces = context.solver.restitution > 0.0;
         let step = context.time_step.step;
         let is_shared = context.acts_in_substeps && context.solver.contact == ContactModel::Impulse;
-        let cables = TouchingCables { contacts, is_shared, inverse_mass, bounces, step, stored: 0.0 };
-        Interaction::new("cable_contact", about, cables).internal()
+        let cables = TouchingCables { contacts, inverse_mass, step, stored: 0.0 };
+        Interaction::new("cable_contact", about, cables).internal().bouncing(bounces).sharing_rows(is_shared)
     }
 }
 
@@ -57,12 +57,8 @@ impl Parameters for CableContact {
 struct TouchingCables {
     /// None without a target.
     contacts: Option<SurfaceContacts>,
-    /// Whether they are answered together with those of the knots.
-    is_shared: bool,
     /// Of each knot [1/kg].
     inverse_mass: Vec<f64>,
-    /// Whether it bounces.
-    bounces: bool,
     step: f64,
     /// Energy that it held after the last step [J].
     stored: f64,
@@ -99,15 +95,14 @@ impl ContactLaw for TouchingCables {
     }
 
     fn rows(&mut self) -> Option<&mut dyn RowSource> {
-        self.contacts.as_mut().filter(|_| self.is_shared).map(|contacts| contacts as &mut dyn RowSource)
+        self.contacts
+            .as_mut()
+            .filter(|contacts| !contacts.is_force())
+            .map(|contacts| contacts as &mut dyn RowSource)
     }
 
     fn rollback(&mut self) {
         self.contacts.iter_mut().for_each(SurfaceContacts::forget);
-    }
-
-    fn bounces(&self) -> bool {
-        self.bounces
     }
 
     fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {

@@ -203,7 +203,7 @@ impl MassSpring {
             self.net.push_for(0.5 * self.substep);
         }
         // Forces first: rows are solved at the velocities that all of them leave.
-        let is_shared = with.bring_rows();
+        let is_shared = with.share_rows();
         if is_shared && self.contacts.row_source().is_none() {
             acted |= self.answer(state);
         }
@@ -242,7 +242,7 @@ impl MassSpring {
             let State { knots, bodies, .. } = state;
             let (before, touched) = (self.unkicked.as_slice(), self.touched.as_mut_slice());
             with.solve_contacts(knots, before, bodies, self.substep, touched);
-            if with.bring_rows() {
+            if with.share_rows() {
                 let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
                 self.shared.solve(&mut self.contacts, with, &mut net, bodies, self.substep);
             }
@@ -273,7 +273,7 @@ impl Stepper for MassSpring {
         clock.lap(&mut work.stages.contact);
 
         with.reached_knots(state.knots.position.len(), &mut self.reached);
-        if with.bring_rows() {
+        if with.share_rows() {
             self.reached.extend(self.contacts.watched());
             self.reached.sort_unstable();
             self.reached.dedup();

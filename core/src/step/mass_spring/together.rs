@@ -93,7 +93,7 @@ fn each_source(
     touches_target: bool,
     act: &mut dyn FnMut(&mut dyn RowSource),
 ) {
-    with.each_row_source(|source| {
+    with.each_shared_source(|source| {
         if source.touches_target() == touches_target {
             act(source);
         }

@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 
 use crate::state::{Body, Contact, Knots, State, TARGET};
 
-/// Books of a step.
+/// StepBooks of a step.
 #[derive(Default)]
-pub struct Books {
+pub struct StepBooks {
     /// Impulse of contacts of effects on each knot [N s]; none where no effect acts.
     given: Vec<Vector3<f64>>,
     /// Impulse of constraints on each knot within a part of the step [N s]; none where no effect acts.
@@ -21,7 +21,7 @@ pub struct Books {
     work_of_effects: f64,
 }
 
-impl Books {
+impl StepBooks {
     /// Room for what effects give to `n_knots` knots.
     pub fn open(&mut self, n_knots: usize) {
         self.given.resize(n_knots, Vector3::zeros());

@@ -8,6 +8,7 @@ mod snaps;
 use nalgebra::Vector3;
 
 use crate::contact::ContactManager;
+use crate::contact::row::MarkedKnots;
 use crate::failure::{self, Cuts, Failure};
 use crate::interaction::{Fared, Interactions};
 use crate::limits::Limit;
@@ -22,7 +23,7 @@ use crate::step::mass_spring::stability::{RESOLVES, SAFE, stable_step};
 use crate::step::stepper::{Method, StepReport, Stepper};
 use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
-use books::Books;
+use books::StepBooks;
 use cables::CableJoints;
 
 /// Cables as joints of the engine.
@@ -101,7 +102,7 @@ pub struct RapierJoints {
     most_with_contacts: u32,
     cuts: Cuts,
     /// What effects gave within the step.
-    books: Books,
+    books: StepBooks,
     /// The step's and a part's start; kept for their memory.
     starts: [State; 2],
     /// Velocities that contacts of effects left when they were last answered, and at the start of the step [m/s]; kept
@@ -150,7 +151,7 @@ impl RapierJoints {
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
             substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST)),
             most_with_contacts: most_parts(context, 1.0),
-            books: Books::default(),
+            books: StepBooks::default(),
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
             answered: Vec::new(),
@@ -319,7 +320,13 @@ impl RapierJoints {
     /// Goes back to before the world moved with what contacts of effects lacked, if they did. Their work on the net [J].
     fn correct(&mut self, state: &mut State, step: f64, with: &mut Interactions) -> Option<f64> {
         self.untouched.clone_from(&state.knots.velocity);
-        with.correct_contacts(&mut state.knots, step, &mut self.touched);
+        let mut net = MarkedKnots {
+            knots: &mut state.knots,
+            before: &[],
+            inverse_mass: &self.inverse_mass,
+            touched: &mut self.touched,
+        };
+        with.correct_contacts(&mut net, step);
         let mut added = None;
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
