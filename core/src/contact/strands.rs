@@ -27,12 +27,12 @@
 //! |---|---|---|---|
 //! | joints+rapier, 0.1 | 3e-2, 10 of 48 | 2e-4, 0 of 48 | 2e-4, 0 of 16 |
 //! | joints+rapier, 0.9 | 1.1e-2, 13 of 48 | 2.9e-3, 4 of 48 | 7.9e-4, 0 of 16 |
-//! | explicit+impulse, 0.1 | 1e-2, 7 of 16 | 1.3e-3, 3 of 32 | 1.4e-3, 1 of 64 |
-//! | explicit+impulse, 0.9 | 5.7e-3, 3 of 16 | 6.4e-3, 4 of 32 | 2.6e-4, 0 of 64 |
+//! | explicit+impulse, 0.1 | 1e-2, 7 of 16 | 1.3e-3, 3 of 32 | 3.6e-4, 0 of 64 |
+//! | explicit+impulse, 0.9 | 5.7e-3, 3 of 16 | 6.4e-3, 4 of 32 | 2.4e-4, 0 of 64 |
 //! | explicit+penalty, 0.1 | 1.9e-3, 1 of 16 | 3.4e-3, 2 of 16 | 2.7e-6, 0 of 16 |
 //!
 //! (Joints with what parts coming back as fast, see [`OfParting`], from the second column on. Together: with knots and cables on the target,
-//! and after the forces of a penalty; explicit strands then come 0.1 mm into each other in the middle of 64, 0.3 mm at most, for 2 mm.)
+//! where all bounce alike, and after the forces of a penalty; explicit strands then come 0.1 mm into each other in the middle of 64, 0.3 mm at most, for 2 mm.)
 //!
 //! **In turn with the engine** rows are solved with those that it will have ([`super::lookahead`]): of cables, and of knots that
 //! the target holds. What they leave is looked at when the engine has moved the net, and where a pair is about to go through, that
@@ -46,7 +46,7 @@
 //! | `cubesat-spin-x-2.0`, friction 0.3 | 265 | 75 | 66 | 9 |
 //!
 //! in 1, 1, 1.4 and 1.3 times the time (rows rest in the last), with the same energy created (2e-4 in the middle; 4.2e-3 and 8e-4 at most). None does where strands
-//! are solved together with knots and cables (explicit cables). Bounces beyond [`BOUNCY`] are left at the first column: with
+//! are solved together with knots and cables (explicit cables). Bounces beyond a restitution of 0.5 are left at the first column: with
 //! full ones the last made 9e3 of the energy at hand, with 0.9 2.1e-2 in one of 36.
 //!
 //! Strands that overlap in the folded net are left alone until they have parted once.
