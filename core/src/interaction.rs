@@ -324,8 +324,7 @@ pub struct Interactions {
     kicks_only_knots: bool,
     constraints: Vec<usize>,
     contacts: Vec<usize>,
-    /// Contact laws whose rows are solved together.
-    sharing: Vec<usize>,
+    shares_rows: bool,
     observers: Vec<usize>,
 }
 
@@ -342,6 +341,11 @@ struct AppliedForces {
 impl Interactions {
     /// `list` at work, in its order.
     pub fn new(mut list: Vec<Interaction>) -> Interactions {
+        for Interaction { shares_rows, effect, .. } in &mut list {
+            // What offers no rows shares none.
+            *shares_rows &= effect.contacts().is_some_and(|law| law.rows().is_some());
+        }
+        let shares_rows = list.iter().any(|interaction| interaction.shares_rows);
         let mut of_kind = |offers: fn(&mut dyn Effect) -> bool| -> Vec<usize> {
             (0..list.len()).filter(|&index| offers(list[index].effect.as_mut())).collect()
         };
@@ -361,21 +365,9 @@ impl Interactions {
             observers: of_kind(|effect| effect.observer().is_some()),
             forces: forces.into_iter().map(applied).collect(),
             times: vec![Duration::ZERO; list.len()],
-            sharing: Vec::new(),
+            shares_rows,
             list,
         }
-        .with_shared_rows()
-    }
-
-    /// Finds contact laws whose rows are solved together.
-    fn with_shared_rows(mut self) -> Interactions {
-        for &index in &self.contacts {
-            let Interaction { shares_rows, effect, .. } = &mut self.list[index];
-            if *shares_rows && effect.contacts().is_some_and(|law| law.rows().is_some()) {
-                self.sharing.push(index);
-            }
-        }
-        self
     }
 
     /// The effects.
@@ -551,7 +543,7 @@ impl Interactions {
     /// Constraints undo what they did since the checkpoint, and contact laws forget it.
     pub fn rollback(&mut self) {
         self.each_constraint(|constraint| constraint.rollback());
-        self.each_contact_law(|law| law.rollback());
+        self.each_contact_law(None, |law| law.rollback());
     }
 
     /// How constraints fared together since the checkpoint.
@@ -582,13 +574,17 @@ impl Interactions {
         self.list.iter().any(|interaction| interaction.bounces)
     }
 
-    fn each_contact_law(&mut self, mut act: impl FnMut(&mut dyn ContactLaw)) {
+    /// Contact laws do something: all, or those that share rows, or that do not.
+    fn each_contact_law(&mut self, sharing: Option<bool>, mut act: impl FnMut(&mut dyn ContactLaw)) {
         for i in 0..self.contacts.len() {
-            self.timed(self.contacts[i], |effect| {
-                if let Some(law) = effect.contacts() {
-                    act(law);
-                }
-            });
+            let index = self.contacts[i];
+            if sharing.is_none_or(|shares| shares == self.list[index].shares_rows) {
+                self.timed(index, |effect| {
+                    if let Some(law) = effect.contacts() {
+                        act(law);
+                    }
+                });
+            }
         }
     }
 
@@ -601,20 +597,12 @@ impl Interactions {
         step: f64,
         touched: &mut [bool],
     ) {
-        for i in 0..self.contacts.len() {
-            if !self.sharing.contains(&self.contacts[i]) {
-                self.timed(self.contacts[i], |effect| {
-                    if let Some(law) = effect.contacts() {
-                        law.solve(knots, before, bodies, step, touched);
-                    }
-                });
-            }
-        }
+        self.each_contact_law(Some(false), |law| law.solve(knots, before, bodies, step, touched));
     }
 
     /// Contact laws change velocities of `net` by what they should have given for a part of `step` seconds that is over.
     pub fn correct_contacts(&mut self, net: &mut MarkedKnots<'_>, step: f64) {
-        self.each_contact_law(|law| {
+        self.each_contact_law(None, |law| {
             if let Some(rows) = law.rows() {
                 rows.correct(net, step);
             }
@@ -623,18 +611,16 @@ impl Interactions {
 
     /// Whether contact laws share rows.
     pub fn share_rows(&self) -> bool {
-        !self.sharing.is_empty()
+        self.shares_rows
     }
 
     /// Contact laws that share rows do something with them.
     pub fn each_shared_source(&mut self, mut act: impl FnMut(&mut dyn RowSource)) {
-        for i in 0..self.sharing.len() {
-            self.timed(self.sharing[i], |effect| {
-                if let Some(rows) = effect.contacts().and_then(|law| law.rows()) {
-                    act(rows);
-                }
-            });
-        }
+        self.each_contact_law(Some(true), |law| {
+            if let Some(rows) = law.rows() {
+                act(rows);
+            }
+        });
     }
 
     /// Adds the contacts that were answered within the step from `before` to `after`.

@@ -69,7 +69,7 @@ impl<'a> BuildContext<'a> {
             margin: self.contact_margin,
             speed: self.contact_speed,
             in_turn: !self.acts_in_substeps,
-            is_shared: self.options.more_touches && self.acts_in_substeps,
+            more_touches: self.options.more_touches && self.acts_in_substeps,
             coupled: false,
         })
     }

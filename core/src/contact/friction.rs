@@ -32,19 +32,10 @@ mod tests {
     #[test]
     fn friction_slows_and_never_turns_the_slip() {
         let row = ContactRow {
-            weights: JacobianWeights::of_knot(0),
-            inverse_mass: 2.0,
-            radius: 1e-3,
-            normal: Vector3::x(),
-            arm: Some(Vector3::zeros()),
-            gap: 0.0,
             velocity: Vector3::new(-1.0, 3.0, 4.0),
             speed: -1.0,
-            wanted_speed: 0.0,
-            bounces: false,
-            softness: 0.0,
             impulse: 0.2,
-            friction: Vector3::zeros(),
+            ..ContactRow::held(JacobianWeights::of_knot(0), 2.0, Vector3::x(), Some(Vector3::zeros()))
         };
         let law = Law::Coulomb { coefficient: 0.5 };
         let slowed = |impulse| {

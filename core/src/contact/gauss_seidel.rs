@@ -226,20 +226,12 @@ mod tests {
                         (knot(4), -t),
                     ])
                 };
+                let inverse_mass: f64 =
+                    weights.all().iter().map(|&(knot, w)| w * w * inverse_mass[knot]).sum();
                 ContactRow {
-                    weights,
-                    inverse_mass: weights.all().iter().map(|&(knot, w)| w * w * inverse_mass[knot]).sum(),
-                    radius: 1e-3,
-                    normal,
-                    arm: with_target.then_some(arm),
-                    gap: 0.0,
-                    velocity: Vector3::zeros(),
-                    speed: 0.0,
                     wanted_speed: number(-0.5, 0.5),
-                    bounces: false,
                     softness: if i % 3 == 0 { number(0.0, 50.0) } else { 0.0 },
-                    impulse: 0.0,
-                    friction: Vector3::zeros(),
+                    ..ContactRow::held(weights, inverse_mass, normal, with_target.then_some(arm))
                 }
             })
             .collect()

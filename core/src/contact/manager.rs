@@ -44,8 +44,8 @@ pub struct ContactSettings<'a> {
     pub speed: f64,
     /// Whether contacts take turns with what moves the cables, and are not answered in every sub-step of it.
     pub in_turn: bool,
-    /// Whether contacts of knots are solved together with others.
-    pub is_shared: bool,
+    /// Whether more of the net touches than its knots, and presses these in.
+    pub more_touches: bool,
     /// Whether an impulse on a knot moves others at once, as one on a coordinate of elements moves all that shares a cable
     /// with it: rows of different knots then act on each other all the same.
     pub coupled: bool,
@@ -69,8 +69,8 @@ impl ContactSettings<'_> {
         let solver = ContactSolver { normal, friction: self.friction, coupled };
         // What others press in is not to be pushed out against all their tension: at a metre a second a free Cubesat's net whose
         // strands touch made 2e-3 to 4e-3 of the energy at hand at once, in 2 of 32 members.
-        let push_out = match self.is_shared {
-            true => PushOut::of_shared_knots(self.net.launch_energy()),
+        let push_out = match self.more_touches {
+            true => PushOut::of_pressed_knots(self.net.launch_energy()),
             false => PushOut::Speed(woodbury::PUSH_OUT),
         };
         let parting = Parting {

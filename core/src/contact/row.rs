@@ -305,17 +305,19 @@ impl PushOut {
     /// of a panel, 1 to 2 mm in, were pushed out with 6 W each.
     pub fn of_cables(in_turn: bool, launch_energy: f64) -> PushOut {
         let (time, share) = if in_turn { (1e-2, POWER_IN_TURN) } else { (5e-3, POWER) };
+        PushOut::gently(time, share, launch_energy)
+    }
+
+    /// With a power that is a `share` of the launch energy a second [1/s].
+    fn gently(time: f64, share: f64, launch_energy: f64) -> PushOut {
         let power = if launch_energy > 0.0 { share * launch_energy } else { f64::INFINITY };
         PushOut::Gently { time, power }
     }
 
-    /// That of knots whose contacts are solved together with others, which press them in: within 1 ms, and with ten times the power. As slow
+    /// That of knots which more of the net that touches presses in: within 1 ms, and with ten times the power. As slow
     /// as cables, or as weak, they stay up to their radius in the target.
-    pub fn of_shared_knots(launch_energy: f64) -> PushOut {
-        match PushOut::of_cables(false, launch_energy) {
-            PushOut::Gently { power, .. } => PushOut::Gently { time: 1e-3, power: 10.0 * power },
-            other => other,
-        }
+    pub fn of_pressed_knots(launch_energy: f64) -> PushOut {
+        PushOut::gently(1e-3, 10.0 * POWER, launch_energy)
     }
 
     /// The same where `n_rows` have the power together.
@@ -433,22 +435,7 @@ mod tests {
     }
 
     fn row(weights: JacobianWeights, inverse_mass: f64, arm: Option<Vector3<f64>>) -> ContactRow {
-        let normal = vector![2.0, -1.0, 2.0] / 3.0;
-        ContactRow {
-            weights,
-            inverse_mass,
-            radius: 1e-3,
-            normal,
-            arm,
-            gap: 0.0,
-            velocity: Vector3::zeros(),
-            speed: 0.0,
-            wanted_speed: 0.0,
-            bounces: false,
-            softness: 0.0,
-            impulse: 0.0,
-            friction: Vector3::zeros(),
-        }
+        ContactRow::held(weights, inverse_mass, vector![2.0, -1.0, 2.0] / 3.0, arm)
     }
 
     /// A unit impulse along a direction changes the relative speed along it by the inverse mass along it,

@@ -244,20 +244,14 @@ mod tests {
             let velocity = if in_turn { slip } else { slip - thrown };
             let mut knots = Knots { position: vec![Vector3::zeros(); 2], velocity: vec![velocity; 2] };
             let inverse_mass = [1.0 / mass; 2];
+            let weights = JacobianWeights::Two([(0, 1.0), (1, 0.0)]);
             let row = |normal: Vector3<f64>| ContactRow {
-                weights: JacobianWeights::Two([(0, 1.0), (1, 0.0)]),
-                inverse_mass: 1.0 / mass,
                 radius: 1e-3,
-                normal,
-                arm: Some(Vector3::zeros()),
                 gap: -depth,
                 velocity,
                 speed: normal.dot(&velocity),
                 wanted_speed: f64::INFINITY,
-                bounces: false,
-                softness: 0.0,
-                impulse: 0.0,
-                friction: Vector3::zeros(),
+                ..ContactRow::held(weights, 1.0 / mass, normal, Some(Vector3::zeros()))
             };
             let mut rows = vec![row(Vector3::y()), row(Vector3::z())];
             let force = PenaltyForce::spring(2, 70.0 / depth);

@@ -439,22 +439,16 @@ impl StrandContacts {
         let radius = one.min(other);
         let push_out = if self.is_through(pair, gap) { PushOut::Speed(0.0) } else { push_out };
         let parting = Parting { push_out, ..self.parting };
+        // From nothing: in a wad the impulses of the step before are no guess, and passes that end
+        // before they have taken a bad one back leave its energy behind.
         Some(ContactRow {
-            weights,
-            inverse_mass: weights.inverse_mass(net),
             radius,
-            normal,
-            arm: None,
             gap,
             velocity,
             speed,
             wanted_speed: parting.wanted_speed(gap, [speed_before, speed], radius, pair.force, step),
             bounces: parting.bounces(gap, [speed_before, speed], radius),
-            softness: 0.0,
-            // From nothing: in a wad the impulses of the step before are no guess, and passes that end
-            // before they have taken a bad one back leave its energy behind.
-            impulse: 0.0,
-            friction: Vector3::zeros(),
+            ..ContactRow::held(weights, weights.inverse_mass(net), normal, None)
         })
     }
 

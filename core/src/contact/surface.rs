@@ -280,7 +280,7 @@ impl SurfaceContacts {
 impl RowSource for SurfaceContacts {
     fn add_rows(&mut self, net: &MarkedKnots<'_>, body: &Body, step: f64, rows: &mut Vec<ContactRow>) {
         self.prepare(net, body, step);
-        rows.extend_from_slice(&self.rows);
+        rows.append(&mut self.rows);
     }
 
     fn take_rows(&mut self, rows: &[ContactRow], net: &mut MarkedKnots<'_>, bodies: [&Body; 2], step: f64) {

@@ -221,20 +221,12 @@ mod tests {
             .map(|knot| {
                 let (normal, velocity) = (vector(1.0).normalize(), vector(2.0));
                 let speed = normal.dot(&velocity);
+                let (inverse_mass, arm) = (100.0 + 50.0 * vector(1.0).x, vector(0.2));
                 ContactRow {
-                    weights: JacobianWeights::of_knot(knot),
-                    inverse_mass: 100.0 + 50.0 * vector(1.0).x,
-                    radius: 5e-4,
-                    normal,
-                    arm: Some(vector(0.2)),
-                    gap: 0.0,
                     velocity,
                     speed,
                     wanted_speed: speed + 1.0 + vector(1.0).x,
-                    bounces: false,
-                    softness: 0.0,
-                    impulse: 0.0,
-                    friction: Vector3::zeros(),
+                    ..ContactRow::held(JacobianWeights::of_knot(knot), inverse_mass, normal, Some(arm))
                 }
             })
             .collect()
