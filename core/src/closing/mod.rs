@@ -8,6 +8,7 @@
 //! Several threads meet in the bullets; Gauss–Seidel sweeps over them settle it, within a step or from
 //! sub-step to sub-step (see [`ThreadSweeps`]).
 
+mod chain;
 pub mod layouts;
 pub mod lock;
 mod pulled;

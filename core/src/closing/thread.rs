@@ -7,7 +7,7 @@
 //!   vⱼ ← vⱼ − λ gⱼ / mⱼ,   λ = (S(x + h v) − allowed) / (h w),   w = Σ |gⱼ|² / mⱼ,   0 ≤ λ ≤ limit,
 //!
 //! so that the thread is no longer than allowed when the knots have moved on with their new
-//! velocities. The tension λ / h is the same in every segment; nothing is solved between neighbours.
+//! velocities. The tension λ / h is the same in every segment that is not bunched.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -39,25 +39,14 @@
 //! net. So a segment hears by how much it came out longer than it was to be, step by step ([`Foresight`]), and
 //! pulls for that in advance. Created of the energy at hand, 16 Cubesats at 2 rad/s, 3 s, in the middle and at most: 1e-3
 //! and 1e-2 without, 1.4e-4 and 3.2e-4 so, together with a step that is cut where a thread creates. With explicit cables
-//! contacts act after the thread, and its own segments on each other: eight `cinch`es about z with friction made 3.8e-3 and
-//! 1.1e-2 without, 2.2e-4 and 1e-3 so, 4e-5 and 2.6e-4 together with more passes (see [`ThreadSweeps::IN_SUBSTEPS`]).
+//! contacts act after the thread: eight `cinch`es about z with friction made 3.8e-3 and 1.1e-2 without, 2.2e-4 and 1e-3 so.
 //! What presses its knots together a segment hears, too, but that is no reason to push: a cable drawn over an edge pressed two
 //! knots together at 8 m/s in each sub-step, the segment pushed them apart at 8 m/s before, and one tube of eight gave 5e-3
 //! that way, 1e-5 so. A pull may be less for it; not to hear it at all made the `cinch`es 1.8e-4 and 7.7e-4.
 //!
-//! **Many short segments.** Each is held where its neighbours were in the pass before, so what a row of bunched ones needs goes from
-//! one to the next, pass by pass: five of a `cinch` beside a bullet, far from settled in ten passes, lengthened at 0.1 N under a
-//! winch of 1 N, and the thread gave a tenth more than the winch did. So they begin with the share of the pull that they had in the
-//! step before, and passes go forth and back, the last one forth. Created by Cubesats about z with friction, in the middle and at most:
-//!
-//! | | `cinch`, of 128 | `tube`, of 128 |
-//! |---|---|---|
-//! | from nothing, forth; a tube in two passes | 6e-5, 1.7e-3 | 2.5e-6, 1.6e-2 (of 48) |
-//! | with the last share, forth; a tube in three | 3.8e-5, 2.9e-4 | 3.8e-6, 2.8e-4 (of 256) |
-//! | forth and back | 3.8e-5, 6.3e-4 | 3.6e-6, 1.7e-4 (of 256) |
-//! | so, with a `FOLLOW` of 0.7 for 0.2 | 3.0e-5, 6.1e-4 | 3.5e-6, 5.1e-4 (of 256) |
-//!
-//! Long segments begin with no pull: 48 tubes about x made 1.4e-4 and 1.3e-3 where they began with the last, for 1.6e-5 and 7e-5.
+//! **Many short segments** hold each other: what one needs depends on what its neighbours get. They are settled together with the
+//! thread's own pull ([`super::chain`]), from that of the last step on. Where knots would turn about each other pulls have directions of their own and
+//! segments are settled one after the other, forth and back, bunched ones from the share of the pull that they had in the step before.
 //!
 //! **Capstan friction.** Where the thread turns by φ its tension falls by e^(−μφ), counted from the
 //! nearest end that is wound. It enters as a weight on each segment's pull (w = Σ gⱼ · fⱼ / mⱼ with
@@ -69,6 +58,7 @@
 
 use nalgebra::Vector3;
 
+use super::chain::{Link, LinkChain, Ring};
 use crate::state::Knots;
 
 /// How hard a (sub-)step tries to settle all threads.
@@ -78,31 +68,16 @@ pub struct ThreadSweeps {
     pub sweeps: usize,
     /// Newton passes of each on its length at the end of the step, at most.
     pub passes: usize,
-    /// Those of a long one, at most.
-    pub most_passes: usize,
     /// Both end when no impulse changes by more than this share.
     pub tolerance: f64,
 }
 
 impl ThreadSweeps {
     /// Within a step.
-    pub const WHOLE: ThreadSweeps = ThreadSweeps { sweeps: 3, passes: 6, most_passes: 6, tolerance: 1e-7 };
+    pub const WHOLE: ThreadSweeps = ThreadSweeps { sweeps: 3, passes: 6, tolerance: 1e-7 };
 
-    /// Where sub-steps follow each other so closely that one settles what the last left of other threads; but not what it
-    /// left of the curvature of its own, which comes back as speed. Of a Cubesat at 2.7 rad/s, six members of
-    /// 30 s, the threads created so much of the energy at hand in the middle and at most, in so many times the time of the run:
-    ///
-    /// | sweeps, passes | 1, 1 | 1, 2 | 1, 3 | 2, 2 | 3, 3 | 6, 6 |
-    /// |---|---|---|---|---|---|---|
-    /// | created | 7e-3, 1.0e-2 | 7e-5, 9e-5 | 3e-5, 9e-5 | 1.5e-5, 9e-5 | 1.3e-5, 2e-5 | 9e-6, 5e-5 |
-    /// | time | 1 | 1.2 | 1.3 | 1.5 | 2.2 | 6 |
-    ///
-    /// A long thread takes more, where many of its segments are bunched: around the mouth of a Cubesat's net (`cinch`, 45
-    /// segments), with friction, eight members of 3 s, 2, 4, 6 and 10 passes made at most 1.0e-3 (7.7e-3 with whole cables), 8e-4, 3e-4
-    /// and 7e-5 in 1, 1.2, 1.3 and 1.6 times the time; of 128, 5, 7 and 10 made 1.2e-3, 1.3e-3 and 6e-4. Joints' steps, which are cut,
-    /// gain nothing by it.
-    pub const IN_SUBSTEPS: ThreadSweeps =
-        ThreadSweeps { sweeps: 1, passes: 3, most_passes: 10, tolerance: 1e-7 };
+    /// Where sub-steps follow each other so closely that one settles what the last left of other threads, and of the thread's length.
+    pub const IN_SUBSTEPS: ThreadSweeps = ThreadSweeps { sweeps: 1, passes: 3, tolerance: 1e-4 };
 }
 
 /// A segment is long, and pulled along the line it has at the start of the step, when its knots
@@ -110,14 +85,13 @@ impl ThreadSweeps {
 /// oscillates without end below 1 and rings below 4.
 const LONG: f64 = 4.0;
 
-/// Segments of a thread for which it takes one pass more: each bunched one is held at its floor where its neighbours were in
-/// the pass before. What that leaves comes back as energy, see [`Foresight`].
-const SETTLES: usize = 5;
-
 /// Share by which what is foreseen follows the last step. Behind it a segment lengthens with less than the thread's pull: 16 Cubesats about
 /// z with a `cinch` and friction, under joints+rapier, made 1.4e-3 of the energy in the middle with 0.2, 8e-4 with 0.4, 5e-4 with 0.7 and 7e-4
 /// with 1 (4e-3 to 6e-3 at most with any), explicit ones 4e-5, 3.6e-5 and 3.3e-5 with 0.2, 0.5 and 0.8.
 const FOLLOW: f64 = 0.7;
+
+/// Least share of its weight if all segments pulled that a Newton pass counts on.
+const LEAST_WEIGHT: f64 = 1e-3;
 
 /// A point of a thread's way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,6 +130,12 @@ impl LengthCommand {
         LengthCommand { length, length_most: length, compliance: 0.0, impulse_most: f64::INFINITY }
     }
 
+    /// Whether an impulse that ends at `length` stays as it is: at its limit, as long as the thread is too long.
+    fn stays(&self, length: f64, impulse: f64, step: f64) -> bool {
+        let given = self.length + step * self.compliance * impulse;
+        impulse >= self.impulse_most && length >= given.min(self.length_most)
+    }
+
     /// The impulse that ends at the allowed length, from `impulse` that ends at `length`, if the
     /// knots' inverse effective mass is `weight`.
     fn solve(&self, length: f64, impulse: f64, weight: f64, step: f64) -> f64 {
@@ -185,6 +165,8 @@ pub struct Thread {
     distinct: Vec<usize>,
     /// For every node its place among the distinct knots; the anchor's is behind them.
     slots: Vec<usize>,
+    /// The node to which its end comes back, where it closes a ring.
+    ring_at: Option<usize>,
 
     /// What the rest of the world does to segments, where somebody asks; to be kept, and given back when a step is done
     /// again.
@@ -195,22 +177,19 @@ pub struct Thread {
     /// Where they are [m], and one over their masses [1/kg]: the anchor's is 0.
     position: Vec<Vector3<f64>>,
     inverse_masses: Vec<f64>,
-    /// Gradient of each.
-    gradient: Vec<Vector3<f64>>,
-    /// Pull per tension of each.
-    pulls: Vec<Vector3<f64>>,
-    /// w of all [1/kg].
-    inverse_mass: f64,
     length_at_start: f64,
 
     // Written by `pull`.
     /// Their velocities, in the order of slots [m/s].
     velocity: Vec<Vector3<f64>>,
     impulse: f64,
+    /// By how much its segments together shorten for a unit of that [1/kg].
+    weight: f64,
     /// Length at the end of the step, as far as this thread decides it [m].
     length_at_end: f64,
-    /// Whether no segment was short in the last pass: then none depends on another.
-    all_long: bool,
+    chain: LinkChain,
+    /// Whether pulls have changed since the chain heard of them.
+    is_stale: bool,
 }
 
 /// What the last steps tell of the next: how the rest of the world lengthens short segments within a step, and what they
@@ -219,6 +198,8 @@ pub struct Thread {
 pub struct Foresight {
     /// The step under way [s]; 0: none.
     step: f64,
+    /// Tension in the last step [N].
+    tension: f64,
     segments: Vec<Foreseen>,
 }
 
@@ -266,6 +247,7 @@ impl Thread {
             Node::Anchor => distinct.len(),
         };
         let zeros = vec![Vector3::zeros(); distinct.len() + 1];
+        let ring_at = nodes.split_last().and_then(|(end, others)| others.iter().position(|node| node == end));
         Thread {
             segments: vec![Segment::default(); nodes.len().saturating_sub(1)],
             slots: nodes.iter().map(slot).collect(),
@@ -275,17 +257,18 @@ impl Thread {
             ends,
             friction,
             floor: 0.0,
+            // At its first node one segment begins and none ends.
+            ring_at: ring_at.filter(|at| *at > 0),
             inverse_masses: vec![0.0; zeros.len()],
             position: zeros.clone(),
-            velocity: zeros.clone(),
-            gradient: zeros.clone(),
-            pulls: zeros,
+            velocity: zeros,
             distinct,
-            inverse_mass: 0.0,
             length_at_start: 0.0,
+            chain: LinkChain::default(),
+            is_stale: true,
             impulse: 0.0,
+            weight: 0.0,
             length_at_end: 0.0,
-            all_long: false,
         }
     }
 
@@ -367,12 +350,12 @@ impl Thread {
         if self.friction > 0.0 {
             self.share_tension();
         }
-        self.inverse_mass = self.effective_inverse_mass();
+        self.is_stale = true;
     }
 
     /// Begins a step of `step` seconds after which others change the velocities again, and hears what they did last.
     pub fn foresee(&mut self, step: f64) {
-        let Foresight { step: last, segments } = &mut self.foresight;
+        let Foresight { step: last, segments, .. } = &mut self.foresight;
         segments.resize(self.segments.len(), Foreseen::default());
         for (segment, seen) in self.segments.iter_mut().zip(segments) {
             let met = seen.expected.take().map_or(0.0, |length| (segment.length - length) / (*last * *last));
@@ -386,6 +369,7 @@ impl Thread {
     pub fn expect(&mut self, knots: &Knots, step: f64) {
         let at = |node: &Node| node.place_after(step, knots, &self.anchor);
         let impulse = self.impulse.max(f64::MIN_POSITIVE);
+        self.foresight.tension = self.impulse / step;
         for ((segment, seen), nodes) in
             self.segments.iter().zip(&mut self.foresight.segments).zip(self.nodes.windows(2))
         {
@@ -419,59 +403,129 @@ impl Thread {
         }
     }
 
-    /// w = Σ gⱼ · fⱼ / mⱼ, with the gradient g and the pull per tension f of each knot; without friction they are the
-    /// same.
-    fn effective_inverse_mass(&mut self) -> f64 {
-        self.gradient.fill(Vector3::zeros());
-        sum_up(&mut self.gradient, &self.segments, &self.slots, |segment| segment.along);
-        let gradients = self.inverse_masses.iter().zip(&self.gradient).take(self.distinct.len());
-        if self.friction == 0.0 {
-            return gradients.map(|(inverse_mass, gradient)| inverse_mass * gradient.dot(gradient)).sum();
-        }
-        self.pulls.fill(Vector3::zeros());
-        sum_up(&mut self.pulls, &self.segments, &self.slots, |segment| segment.share * segment.along);
-        let pulled = gradients.zip(&self.pulls);
-        pulled.map(|((inverse_mass, gradient), pull)| inverse_mass * gradient.dot(pull)).sum()
-    }
-
     /// Pulls as `ask` says; may be called again within a step, after other threads have pulled.
     ///
     /// Returns whether it changed any velocity.
     pub fn pull(&mut self, knots: &mut Knots, step: f64, ask: &LengthCommand, effort: &ThreadSweeps) -> bool {
-        let mut changed = false;
-        if self.inverse_mass <= 0.0 {
-            return false; // all its knots are in one place
-        }
         for (velocity, &knot) in self.velocity.iter_mut().zip(&self.distinct) {
             *velocity = knots.velocity[knot];
         }
-        let mut settled = false;
-        let passes = effort.passes.max((self.segments.len() / SETTLES).min(effort.most_passes));
-        for pass in 0..passes {
-            let length = self.length_ahead(step);
-            let impulse = ask.solve(length, self.impulse, self.inverse_mass, step);
+        self.load_chain(step);
+        self.weight = self.chain.weight_taut();
+        if self.weight <= 0.0 {
+            return false; // all its knots are in one place
+        }
+        let start = self.impulse;
+        let mut largest = 0.0_f64;
+        // As in the step before: that is nearly it.
+        let last = (self.foresight.tension * step).min(ask.impulse_most);
+        let mut is_settled = start == 0.0 && last > 0.0 && !self.sort(step, last);
+        if is_settled {
+            largest = self.settle(step, last);
+        }
+        let mut has_ended = false;
+        for pass in 0..effort.passes {
+            self.length_at_end = self.length_ahead(step);
+            if is_settled {
+                has_ended = ask.stays(self.length_at_end, self.impulse, step);
+                if has_ended {
+                    break;
+                }
+                self.weight = self.chain.weight().max(LEAST_WEIGHT * self.weight);
+            }
+            let impulse = ask.solve(self.length_at_end, self.impulse, self.weight, step);
             let tolerance = effort.tolerance * impulse;
-            self.length_at_end = length;
-            if settled && (impulse - self.impulse).abs() <= tolerance {
+            has_ended = is_settled && (impulse - self.impulse).abs() <= tolerance;
+            if has_ended {
                 break;
             }
-            if pass == 0 {
-                self.guess(impulse);
-            }
-            let change = self.apply(step, impulse, (passes - pass).is_multiple_of(2));
-            // Exact but for the curvature, and for what short segments do.
-            self.length_at_end -= step * self.inverse_mass * (impulse - self.impulse);
-            self.impulse = impulse;
-            changed |= change > tolerance;
-            settled = change <= tolerance || self.all_long;
-            if impulse == 0.0 || change <= tolerance {
+            is_settled = !self.sort(step, impulse);
+            let change = if is_settled {
+                self.settle(step, impulse)
+            } else {
+                if pass == 0 {
+                    self.guess(impulse);
+                }
+                self.settle_in_turn(step, impulse, (effort.passes - pass).is_multiple_of(2))
+            };
+            largest = largest.max(change);
+            has_ended = change <= tolerance;
+            if has_ended || impulse == 0.0 {
                 break;
             }
+        }
+        if !has_ended {
+            self.length_at_end = self.length_ahead(step);
         }
         for (velocity, &knot) in self.velocity.iter().zip(&self.distinct) {
             knots.velocity[knot] = *velocity;
         }
-        changed
+        largest > effort.tolerance * start.max(self.impulse)
+    }
+
+    /// Says which segments are short under the pull `impulse`, and whether the knots of one would turn about each other.
+    fn sort(&mut self, step: f64, impulse: f64) -> bool {
+        let mut turns = false;
+        for (segment, link) in self.segments.iter_mut().zip(&self.chain.links) {
+            // Two free knots under this pull would come nearer by so much in the step.
+            let nearer = segment.share * impulse * link.inverse_mass * step;
+            segment.is_short = segment.length <= self.floor + LONG * nearer;
+            turns |= segment.is_short && nearer > self.floor;
+        }
+        turns
+    }
+
+    /// Tells the chain of the segments, their pulls and the velocities of their knots.
+    fn load_chain(&mut self, step: f64) {
+        let Thread { segments, slots, velocity, inverse_masses, chain, floor, .. } = self;
+        chain.links.resize(segments.len(), Link::default());
+        for ((segment, ends), link) in segments.iter().zip(slots.windows(2)).zip(&mut chain.links) {
+            let [a, b] = [ends[0], ends[1]];
+            link.inverse_mass = inverse_masses[a] + inverse_masses[b];
+            link.share = segment.share;
+            link.room = (segment.length - floor.min(segment.length)) / step;
+            link.parted = segment.parted;
+            link.rate = segment.along.dot(&(velocity[b] - velocity[a]));
+            link.pull = segment.along.dot(&segment.pull);
+        }
+        let coupling = |at: usize, i: usize, j: usize| {
+            inverse_masses[slots[at]] * segments[i].along.dot(&segments[j].along)
+        };
+        for i in 1..segments.len() {
+            chain.links[i - 1].next = coupling(i, i - 1, i);
+        }
+        let last = segments.len() - 1;
+        // Its pull moves the knot at its end the other way than one that begins there.
+        let ring = |at: usize| Ring {
+            into: at - 1,
+            couplings: [-coupling(at, at - 1, last), coupling(at, at, last)],
+        };
+        chain.ring = self.ring_at.map(ring);
+        chain.release();
+        self.is_stale = false;
+    }
+
+    /// Gives all segments together their part of the pull `impulse`; the largest change of any.
+    fn settle(&mut self, step: f64, impulse: f64) -> f64 {
+        if self.is_stale {
+            self.load_chain(step);
+        }
+        let Thread { segments, slots, velocity, inverse_masses, chain, .. } = self;
+        for (segment, link) in segments.iter().zip(&mut chain.links) {
+            link.is_short = segment.is_short;
+        }
+        chain.settle(impulse);
+        let mut largest = 0.0_f64;
+        for ((segment, link), ends) in segments.iter_mut().zip(&chain.links).zip(slots.windows(2)) {
+            let change = link.pull - segment.along.dot(&segment.pull);
+            largest = largest.max(change.abs());
+            let change = change * segment.along;
+            velocity[ends[0]] += inverse_masses[ends[0]] * change;
+            velocity[ends[1]] -= inverse_masses[ends[1]] * change;
+            segment.pull += change;
+        }
+        self.impulse = impulse;
+        largest
     }
 
     /// Gives short segments, once, the part of the pull `impulse` that they had in the step before: they tell each other what they need
@@ -489,9 +543,10 @@ impl Thread {
     }
 
     /// Gives every segment its part of the pull `impulse`, from the first on or `backwards`; the largest change of any.
-    fn apply(&mut self, step: f64, impulse: f64, backwards: bool) -> f64 {
+    fn settle_in_turn(&mut self, step: f64, impulse: f64, backwards: bool) -> f64 {
         let mut largest = 0.0_f64;
-        self.all_long = true;
+        self.is_stale = true;
+        self.impulse = impulse;
         let last = self.segments.len() - 1;
         for index in 0..=last {
             let index = if backwards { last - index } else { index };
@@ -502,11 +557,9 @@ impl Thread {
             let most = segment.share * impulse;
             // Two free knots under this pull would come nearer by so much in the step.
             let nearer = most * pair * step;
-            segment.is_short = segment.length <= self.floor + LONG * nearer;
             let pull = if !segment.is_short {
                 most * segment.along
             } else {
-                self.all_long = false;
                 let parting = self.velocity[b] - self.velocity[a] + segment.parted * segment.along;
                 let floor = self.floor.min(segment.length);
                 if nearer <= self.floor {
@@ -586,20 +639,6 @@ impl Node {
             Node::Knot(knot) => knots.velocity[knot],
             Node::Anchor => Vector3::zeros(),
         }
-    }
-}
-
-/// Adds to the nodes at both ends of every segment what is `of` it: away from the first, towards the second.
-fn sum_up(
-    sums: &mut [Vector3<f64>],
-    segments: &[Segment],
-    slots: &[usize],
-    of: impl Fn(&Segment) -> Vector3<f64>,
-) {
-    for (segment, slots) in segments.iter().zip(slots.windows(2)) {
-        let part = of(segment);
-        sums[slots[0]] -= part;
-        sums[slots[1]] += part;
     }
 }
 

@@ -17,7 +17,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::gauss_seidel::IterationLimits;
+use super::InverseInertia;
+use super::gauss_seidel::{self, IterationLimits, Rubbing};
 use super::row::{ContactRow, JacobianWeights, NetMotion};
 use crate::cable::Cable;
 use crate::net::Net;
@@ -29,9 +30,9 @@ const REST_MARGIN: f64 = 3.0;
 /// The rows of the engine's next step.
 pub struct Lookahead {
     /// How far to go.
-    pub limits: IterationLimits,
+    limits: IterationLimits,
     /// Knots of the net.
-    pub n_knots: usize,
+    n_knots: usize,
     cables: Arc<[Cable]>,
     /// Impulse of each cable within the last step [N s], and how long that was [s].
     impulse: Vec<f64>,
@@ -41,7 +42,7 @@ pub struct Lookahead {
     /// Cables that have a row; kept for its memory.
     taut: Vec<usize>,
     /// Velocities that are tried with the rows [m/s]; kept for their memory.
-    pub trial: Vec<Vector3<f64>>,
+    trial: Vec<Vector3<f64>>,
 }
 
 /// A contact of a knot that the engine solves, in the body frame.
@@ -98,8 +99,34 @@ impl Lookahead {
         place.bearers().iter().any(|&(knot, weight)| weight > 0.5 && is_held(knot))
     }
 
+    /// Solves `rows` together with those that the engine will have in a step of `step` seconds, and applies their own impulses to `net` and
+    /// `body`.
+    pub fn solve(
+        &mut self,
+        rows: &mut Vec<ContactRow>,
+        rubbing: Option<Rubbing<'_>>,
+        net: &mut impl NetMotion,
+        body: &mut Body,
+        target: &InverseInertia,
+        step: f64,
+    ) {
+        let own = rows.len();
+        self.add_rows(net, body, step, rows);
+        let mut trial = std::mem::take(&mut self.trial);
+        trial.clear();
+        trial.extend((0..self.n_knots).map(|knot| net.velocity(knot)));
+        let (mut tried, mut tried_body) = (Tried { net: &*net, velocity: &mut trial }, *body);
+        gauss_seidel::solve(rows, rubbing, &mut tried, &mut tried_body, target, self.limits);
+        self.trial = trial;
+        self.remember(&rows[own..]);
+        rows.truncate(own);
+        for row in rows.iter() {
+            row.apply(&row.whole_impulse(), net, body, target);
+        }
+    }
+
     /// Adds the engine's rows for a step of `step` seconds to `rows`.
-    pub fn add_rows(&mut self, net: &impl NetMotion, body: &Body, step: f64, rows: &mut Vec<ContactRow>) {
+    fn add_rows(&mut self, net: &impl NetMotion, body: &Body, step: f64, rows: &mut Vec<ContactRow>) {
         self.taut.clear();
         // What a longer step took is too much of a guess for a shorter, and too few passes take it back.
         let share = (step / self.step).min(1.0);
@@ -133,11 +160,35 @@ impl Lookahead {
     }
 
     /// Remembers what `rows`, as added last, were solved to.
-    pub fn remember(&mut self, rows: &[ContactRow]) {
+    fn remember(&mut self, rows: &[ContactRow]) {
         self.impulse.fill(0.0);
         for (row, &index) in rows.iter().zip(&self.taut) {
             self.impulse[index] = row.impulse;
         }
+    }
+}
+
+/// A net with velocities of its own.
+struct Tried<'a, N> {
+    net: &'a N,
+    velocity: &'a mut [Vector3<f64>],
+}
+
+impl<N: NetMotion> NetMotion for Tried<'_, N> {
+    fn position(&self, knot: usize) -> Vector3<f64> {
+        self.net.position(knot)
+    }
+
+    fn velocity(&self, knot: usize) -> Vector3<f64> {
+        self.velocity[knot]
+    }
+
+    fn inverse_mass(&self, knot: usize) -> f64 {
+        self.net.inverse_mass(knot)
+    }
+
+    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
+        self.velocity[knot] += impulse * (weight * self.net.inverse_mass(knot));
     }
 }
 

@@ -115,10 +115,7 @@ impl ContactSolver {
             }
             NormalSolver::GaussSeidel { lookahead: Some(lookahead) } => {
                 let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: rows.len() });
-                solve_ahead(lookahead, rows, rubbing, net, body, target, step);
-                for row in rows.iter() {
-                    row.apply(&row.whole_impulse(), net, body, target);
-                }
+                lookahead.solve(rows, rubbing, net, body, target, step);
             }
         }
     }
@@ -176,52 +173,6 @@ fn slip_at(rows: &[ContactRow], index: usize) -> Vector3<f64> {
 fn apply_normal(rows: &[ContactRow], net: &mut impl NetMotion, body: &mut Body, target: &InverseInertia) {
     for row in rows {
         row.apply(&(row.impulse * row.normal), net, body, target);
-    }
-}
-
-/// Solves `rows` together with those that the engine will have, and leaves the velocities as they are.
-fn solve_ahead(
-    lookahead: &mut Lookahead,
-    rows: &mut Vec<ContactRow>,
-    rubbing: Option<Rubbing<'_>>,
-    net: &impl NetMotion,
-    body: &Body,
-    target: &InverseInertia,
-    step: f64,
-) {
-    let own = rows.len();
-    lookahead.add_rows(net, body, step, rows);
-    let mut trial = std::mem::take(&mut lookahead.trial);
-    trial.clear();
-    trial.extend((0..lookahead.n_knots).map(|knot| net.velocity(knot)));
-    let (mut tried, mut body) = (Tried { net, velocity: &mut trial }, *body);
-    gauss_seidel::solve(rows, rubbing, &mut tried, &mut body, target, lookahead.limits);
-    lookahead.trial = trial;
-    lookahead.remember(&rows[own..]);
-    rows.truncate(own);
-}
-
-/// A net with velocities of its own.
-struct Tried<'a, N> {
-    net: &'a N,
-    velocity: &'a mut [Vector3<f64>],
-}
-
-impl<N: NetMotion> NetMotion for Tried<'_, N> {
-    fn position(&self, knot: usize) -> Vector3<f64> {
-        self.net.position(knot)
-    }
-
-    fn velocity(&self, knot: usize) -> Vector3<f64> {
-        self.velocity[knot]
-    }
-
-    fn inverse_mass(&self, knot: usize) -> f64 {
-        self.net.inverse_mass(knot)
-    }
-
-    fn push(&mut self, knot: usize, impulse: &Vector3<f64>, weight: f64) {
-        self.velocity[knot] += impulse * (weight * self.net.inverse_mass(knot));
     }
 }
 

@@ -76,7 +76,7 @@ const NEAR: f64 = 2.0;
 const LEEWAY: f64 = 0.5;
 
 /// Restitution beyond which strands in turn with the engine are solved in few passes, each by itself.
-const BOUNCY: f64 = 0.5;
+pub const BOUNCY: f64 = 0.5;
 
 /// Days of the calendar of distant pairs: what is due later is put off, and looked at once in so many.
 const DAYS: usize = 1024;

@@ -24,7 +24,6 @@ use crate::contact::row::{MarkedKnots, RowSource};
 use crate::contact::surface::SurfaceContacts;
 use crate::interaction::{ContactLaw, Effect, Interaction, StepObserver};
 use crate::options::{BuildContext, BuildOptions};
-use crate::solver::ContactModel;
 use crate::state::{Body, Contact, EffectWork, Knots, State, TARGET};
 
 /// Contact of cables has no parameters of its own.
@@ -34,7 +33,7 @@ pub struct CableContact {}
 
 impl Parameters for CableContact {
     fn ask(&self, options: &mut BuildOptions) {
-        options.more_touches = true;
+        options.cables_touch = true;
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
@@ -47,9 +46,11 @@ impl Parameters for CableContact {
         let inverse_mass = context.net.mass.iter().map(|mass| 1.0 / mass).collect();
         let bounces = context.solver.restitution > 0.0;
         let step = context.time_step.step;
-        let is_shared = context.acts_in_substeps && context.solver.contact == ContactModel::Impulse;
         let cables = TouchingCables { contacts, inverse_mass, step, stored: 0.0 };
-        Interaction::new("cable_contact", about, cables).internal().bouncing(bounces).sharing_rows(is_shared)
+        Interaction::new("cable_contact", about, cables)
+            .internal()
+            .bouncing(bounces)
+            .sharing_rows(context.cables_share_rows())
     }
 }
 

@@ -129,6 +129,7 @@ impl Parameters for Closing {
 
     fn ask(&self, options: &mut BuildOptions) {
         options.has_constraints = true;
+        options.is_drawn_along |= self.layout == Layout::Cinch;
         options.pull = options.pull.max(self.max_tension_n.0);
     }
 

@@ -53,7 +53,7 @@ impl Parameters for SelfContact {
     }
 
     fn ask(&self, options: &mut BuildOptions) {
-        options.more_touches = true;
+        options.strands_touch = Some(self.restitution);
     }
 
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
@@ -68,13 +68,10 @@ impl Parameters for SelfContact {
         let about = format!("{n_pairs} pairs of cables and bullets, which are balls of {millimetres:.1} mm");
         let inverse_mass = net.mass.iter().map(|mass| 1.0 / mass).collect();
         let strands = Strands { contacts, in_turn, inverse_mass };
-        // Bounces of more than one kind in one problem may give energy: strands that bounce fully beside cables that do not bounce off
-        // the target made more than 1e-3 of it in 10 of 192 members, 9.4e-3 at most, for none and 3.1e-4 one after the other.
-        let bounce_alike = by_force || self.restitution == context.solver.restitution;
         Interaction::new("self_contact", about, strands)
             .internal()
             .bouncing(self.restitution > 0.0)
-            .sharing_rows(!in_turn && bounce_alike)
+            .sharing_rows(context.strands_share_rows())
     }
 }
 

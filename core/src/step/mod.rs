@@ -13,6 +13,7 @@ pub mod limits;
 pub mod mass_spring;
 pub mod rapier_joints;
 pub mod stepper;
+pub mod together;
 
 use crate::options::{BuildContext, TimeStep};
 use crate::solver::{CableModel, Solver};

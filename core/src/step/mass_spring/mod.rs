@@ -4,7 +4,6 @@ pub mod dopri5;
 pub mod kernel;
 pub mod secant;
 pub mod stability;
-mod together;
 
 use nalgebra::Vector3;
 
@@ -18,11 +17,11 @@ use crate::solver::{Integrator, JOINTS_STEP, Solver};
 use crate::state::State;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::stepper::{Method, StepReport, Stepper};
+use crate::step::together::SharedContacts;
 use crate::work::{Clock, Work};
 use crate::world::Census;
 use kernel::ExplicitNet;
-use stability::{RESOLVES, SAFE, parts_in_contact, stable_step};
-use together::SharedContacts;
+use stability::{DRAWN, RESOLVES, SAFE, parts_in_contact, stable_step};
 
 /// Cables as an explicit net.
 pub struct Explicit;
@@ -30,13 +29,13 @@ pub struct Explicit;
 impl Method for Explicit {
     fn limits(&self, demands: &Demands<'_>) -> StepLimits {
         let stable = stable_step(demands.net).min(demands.stable_contact_step());
-        let takes_turns = demands.has_contact_force() || demands.options.has_constraints;
         // A field errs by (Ω h)² of what it does to taut cables: a ring at 5 rad/s that might take 4 ms loses 12 % of its
         // angular momentum in 6 s with that, 0.02 % with 0.5 ms.
         let of_fields = if demands.options.has_fields { JOINTS_STEP } else { f64::INFINITY };
-        let safe = (if takes_turns { RESOLVES } else { SAFE } * stable).min(of_fields);
+        let safe = (if demands.has_contact_force() { RESOLVES } else { SAFE } * stable).min(of_fields);
         let safe = safe.min(demands.resolving_contact_step());
         let own = safe.min(demands.pulled_step()).min(demands.throwing_step());
+        let own = if demands.options.is_drawn_along { DRAWN * own } else { own };
         let substep = demands.solver.step_s.map_or(own, |step| step.0);
         // Contacts are found once a step: no knot may come from beyond the margin within it, nor
         // one at twice the speed after a snap.

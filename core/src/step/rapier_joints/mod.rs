@@ -21,6 +21,7 @@ use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::MassSpring;
 use crate::step::mass_spring::stability::{RESOLVES, SAFE, stable_step};
 use crate::step::stepper::{Method, StepReport, Stepper};
+use crate::step::together::SharedContacts;
 use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
 use books::StepBooks;
@@ -101,6 +102,8 @@ pub struct RapierJoints {
     /// Parts at most where contacts of effects act.
     most_with_contacts: u32,
     cuts: Cuts,
+    /// Contacts of effects that bring rows.
+    shared: SharedContacts,
     /// What effects gave within the step.
     books: StepBooks,
     /// The step's and a part's start; kept for their memory.
@@ -151,6 +154,7 @@ impl RapierJoints {
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
             substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST)),
             most_with_contacts: most_parts(context, 1.0),
+            shared: SharedContacts::new(context.contact_settings().as_ref()).in_turn(net),
             books: StepBooks::default(),
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
@@ -376,7 +380,13 @@ impl RapierJoints {
         self.unpushed.clone_from(&state.bodies);
         let energy = state.energy_of_bodies(true);
         let State { knots, bodies, .. } = state;
-        with.solve_contacts(knots, &self.answered, bodies, step, &mut self.touched);
+        let before = self.answered.as_slice();
+        with.solve_contacts(knots, before, bodies, step, &mut self.touched);
+        if with.share_rows() {
+            let (inverse_mass, touched) = (self.inverse_mass.as_slice(), self.touched.as_mut_slice());
+            let mut net = MarkedKnots { knots, before, inverse_mass, touched };
+            self.shared.solve(&mut ContactManager::Absent, with, &mut net, bodies, step);
+        }
         if with.bounce() {
             self.answered.clone_from(&state.knots.velocity);
         }
@@ -446,6 +456,9 @@ impl Stepper for RapierJoints {
             let mut clock = Clock::start();
             self.contacts.update(state, self.step);
             clock.lap(&mut work.stages.contact);
+            if with.share_rows() {
+                self.shared.update(before);
+            }
             cuts = self.cut_as_needed(before, state, with, work, &mut clock)?;
             if self.contacts.is_own() {
                 let Self { contacts, world, inverse_mass, step, .. } = self;

@@ -7,13 +7,17 @@
 //! |---|---|---|
 //! | a net of 0.5 mm around a panel, whole cables and knots, 16 | 6e-3, 4.5e-2 | 6e-5, 1.2e-4 |
 //! | `cube-fixed`, strands and knots, 32 | 2.8e-4, 1.1e-2 | 1.9e-5, 7e-5 |
+//!
+//! In turn with the engine the knots are its own, and known as it holds them ([`crate::contact::lookahead`]).
 
 use crate::contact::gauss_seidel::{self, IterationLimits, Rubbing};
+use crate::contact::lookahead::Lookahead;
 use crate::contact::row::{ContactRow, MarkedKnots, RowSource};
 use crate::contact::{ContactManager, ContactSettings, InverseInertia};
 use crate::friction::Law;
 use crate::interaction::Interactions;
-use crate::state::{Body, TARGET};
+use crate::net::Net;
+use crate::state::{Body, State, TARGET};
 
 /// Contacts that share one problem: all rows of a sub-step.
 #[derive(Default)]
@@ -24,6 +28,8 @@ pub struct SharedContacts {
     ends: Vec<usize>,
     /// Of those with the target.
     friction: Option<Law>,
+    /// The engine's rows, where it moves net and target after these have acted.
+    lookahead: Option<Lookahead>,
     /// Of the target in the body frame; none without one.
     target: Option<InverseInertia>,
 }
@@ -35,6 +41,20 @@ impl SharedContacts {
             friction: settings.and_then(|settings| settings.friction),
             target: settings.map(|settings| InverseInertia::of(&settings.target.model())),
             ..SharedContacts::default()
+        }
+    }
+
+    /// The same in turn with the engine, which moves `net`.
+    #[must_use]
+    pub fn in_turn(self, net: &Net) -> SharedContacts {
+        let lookahead = Some(Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS));
+        SharedContacts { lookahead, ..self }
+    }
+
+    /// Before a step from `state`: sees what the engine holds.
+    pub fn update(&mut self, state: &State) {
+        if let (Some(lookahead), Some(body)) = (&mut self.lookahead, state.target()) {
+            lookahead.update(&state.contacts, body);
         }
     }
 
@@ -74,7 +94,12 @@ impl SharedContacts {
         }
         let (target, before) = (self.target.unwrap_or_default().at(body), *body);
         let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: n_with_target });
-        gauss_seidel::solve(rows, rubbing, net, body, &target, IterationLimits::WHOLE);
+        match &mut self.lookahead {
+            None => {
+                gauss_seidel::solve(rows, rubbing, net, body, &target, IterationLimits::WHOLE);
+            }
+            Some(lookahead) => lookahead.solve(rows, rubbing, net, body, &target, step),
+        }
         let (mut start, mut ends) = (0, ends.iter());
         for touches_target in [true, false] {
             each_source(knots, with, touches_target, &mut |source| {
