@@ -45,7 +45,7 @@
 //! that way, 1e-5 so. A pull may be less for it; not to hear it at all made the `cinch`es 1.8e-4 and 7.7e-4.
 //!
 //! **Many short segments** hold each other: what one needs depends on what its neighbours get. They are settled together with the
-//! thread's own pull ([`super::chain`]), from that of the last step on. Where knots would turn about each other pulls have directions of their own and
+//! thread's own pull (`chain`), from that of the last step on. Where knots would turn about each other pulls have directions of their own and
 //! segments are settled one after the other, forth and back, bunched ones from the share of the pull that they had in the step before.
 //!
 //! **Capstan friction.** Where the thread turns by φ its tension falls by e^(−μφ), counted from the

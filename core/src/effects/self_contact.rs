@@ -112,7 +112,7 @@ impl EffectOutput for Strands {
         let numbers = SelfContactSummary { deepest_m: deepest, went_through: n_through };
         let warning = (n_through > 0).then(|| {
             let cure = if !self.in_turn { "try a smaller solver.step_s" } else { "explicit cables (`--set solver.cables=explicit`, \
-                `solver.contact=impulse`) keep them apart" };
+                `solver.contact=impulse`) keep most apart" };
             format!("{n_through} pairs of strands went through each other, where self_contact is to keep them apart: {cure}")
         });
         Report { warnings: warning.into_iter().collect(), ..Report::default().with_numbers(&numbers) }
