@@ -183,10 +183,9 @@ pub struct Thread {
     /// Their velocities, in the order of slots [m/s].
     velocity: Vec<Vector3<f64>>,
     impulse: f64,
-    /// By how much its segments together shorten for a unit of that [1/kg].
-    weight: f64,
     /// Length at the end of the step, as far as this thread decides it [m].
     length_at_end: f64,
+    /// What its segments are settled with.
     chain: LinkChain,
     /// Whether pulls have changed since the chain heard of them.
     is_stale: bool,
@@ -267,7 +266,6 @@ impl Thread {
             chain: LinkChain::default(),
             is_stale: true,
             impulse: 0.0,
-            weight: 0.0,
             length_at_end: 0.0,
         }
     }
@@ -411,8 +409,8 @@ impl Thread {
             *velocity = knots.velocity[knot];
         }
         self.load_chain(step);
-        self.weight = self.chain.weight_taut();
-        if self.weight <= 0.0 {
+        let mut weight = self.chain.weight_taut();
+        if weight <= 0.0 {
             return false; // all its knots are in one place
         }
         let start = self.impulse;
@@ -431,9 +429,9 @@ impl Thread {
                 if has_ended {
                     break;
                 }
-                self.weight = self.chain.weight().max(LEAST_WEIGHT * self.weight);
+                weight = self.chain.weight().max(LEAST_WEIGHT * weight);
             }
-            let impulse = ask.solve(self.length_at_end, self.impulse, self.weight, step);
+            let impulse = ask.solve(self.length_at_end, self.impulse, weight, step);
             let tolerance = effort.tolerance * impulse;
             has_ended = is_settled && (impulse - self.impulse).abs() <= tolerance;
             if has_ended {
@@ -443,7 +441,7 @@ impl Thread {
             let change = if is_settled {
                 self.settle(step, impulse)
             } else {
-                if pass == 0 {
+                if self.impulse == 0.0 {
                     self.guess(impulse);
                 }
                 self.settle_in_turn(step, impulse, (effort.passes - pass).is_multiple_of(2))
@@ -528,8 +526,8 @@ impl Thread {
         largest
     }
 
-    /// Gives short segments, once, the part of the pull `impulse` that they had in the step before: they tell each other what they need
-    /// but one by one, pass by pass.
+    /// Gives short segments, which have none yet, the part of the pull `impulse` that they had in the step before: they tell each other what
+    /// they need but one by one, pass by pass.
     fn guess(&mut self, impulse: f64) {
         let foreseen = self.foresight.segments.iter_mut();
         for ((segment, seen), slots) in self.segments.iter_mut().zip(foreseen).zip(self.slots.windows(2)) {
@@ -768,6 +766,24 @@ mod tests {
         let fastest = knots.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
         assert!(fastest < 0.45, "{fastest} m/s"); // measured: 0.106
         assert!((thread.length(&knots) - 0.2).abs() < 1e-4);
+    }
+
+    /// It begins with the pull of the step before, under which no knots turn about each other, and ends with one under which they do: what its
+    /// segments pulled with is what the knots have, the anchor's too.
+    #[test]
+    fn a_pull_that_comes_to_turn_knots_is_counted_once() {
+        let position = vec![vector![1.0, 0.0, 0.0], vector![1.0, 0.01, 0.0], vector![1.5, 0.2, 0.1]];
+        let mut knots = Knots { velocity: vec![Vector3::zeros(); 3], position };
+        let nodes = std::iter::once(Node::Anchor).chain((0..3).map(Node::Knot)).collect();
+        let mut thread = Thread::new(nodes, Ends::First, 0.0);
+        let seen = Foreseen { share: 0.7, ..Foreseen::default() };
+        thread.foresight = Foresight { step: STEP, tension: 0.05, segments: vec![seen; 3] };
+        let ask = LengthCommand { impulse_most: 1e-3, ..LengthCommand::hold(0.0) };
+        thread.begin(&knots, &[1e4; 3]);
+        thread.pull(&mut knots, STEP, &ask, &ThreadSweeps::WHOLE);
+        assert_eq!(thread.impulse(), 1e-3);
+        let momentum = knots.velocity.iter().sum::<Vector3<f64>>() / 1e4;
+        assert!((momentum - thread.impulse_of_anchor()).norm() < 1e-15, "{momentum}");
     }
 
     /// Around a right angle the tension falls to e^(−μ π/2), from either wound end to the middle.
