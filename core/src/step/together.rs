@@ -13,10 +13,10 @@
 use crate::contact::gauss_seidel::{self, IterationLimits, Rubbing};
 use crate::contact::lookahead::Lookahead;
 use crate::contact::row::{ContactRow, MarkedKnots, RowSource};
-use crate::contact::{ContactManager, ContactSettings, InverseInertia};
+use crate::contact::{ContactManager, InverseInertia};
 use crate::friction::Law;
 use crate::interaction::Interactions;
-use crate::net::Net;
+use crate::options::BuildContext;
 use crate::state::{Body, State, TARGET};
 
 /// Contacts that share one problem: all rows of a sub-step.
@@ -26,6 +26,8 @@ pub struct SharedContacts {
     rows: Vec<ContactRow>,
     /// How many there are behind those of each source.
     ends: Vec<usize>,
+    /// How far to go where nothing acts after them.
+    limits: IterationLimits,
     /// Of those with the target.
     friction: Option<Law>,
     /// The engine's rows, where it moves net and target after these have acted.
@@ -35,20 +37,18 @@ pub struct SharedContacts {
 }
 
 impl SharedContacts {
-    /// Of a scene with contacts of these `settings`; none without a target.
-    pub fn new(settings: Option<&ContactSettings<'_>>) -> SharedContacts {
+    /// Of a scene; in turn with the engine, where it moves the cables after contacts of effects have acted.
+    pub fn new(context: &BuildContext<'_>) -> SharedContacts {
+        let BuildContext { net, target, options, .. } = *context;
+        let in_turn = !context.acts_in_substeps;
+        let are_drawn = options.strands_touch.is_some() && options.has_constraints;
         SharedContacts {
-            friction: settings.and_then(|settings| settings.friction),
-            target: settings.map(|settings| InverseInertia::of(&settings.target.model())),
+            limits: if are_drawn { IterationLimits::OF_DRAWN_STRANDS } else { IterationLimits::WHOLE },
+            friction: options.friction,
+            lookahead: in_turn.then(|| Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS)),
+            target: target.map(|target| InverseInertia::of(&target.model())),
             ..SharedContacts::default()
         }
-    }
-
-    /// The same in turn with the engine, which moves `net`.
-    #[must_use]
-    pub fn in_turn(self, net: &Net) -> SharedContacts {
-        let lookahead = Some(Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS));
-        SharedContacts { lookahead, ..self }
     }
 
     /// Before a step from `state`: sees what the engine holds.
@@ -96,7 +96,7 @@ impl SharedContacts {
         let rubbing = self.friction.as_ref().map(|law| Rubbing { law, n_rows: n_with_target });
         match &mut self.lookahead {
             None => {
-                gauss_seidel::solve(rows, rubbing, net, body, &target, IterationLimits::WHOLE);
+                gauss_seidel::solve(rows, rubbing, net, body, &target, self.limits);
             }
             Some(lookahead) => lookahead.solve(rows, rubbing, net, body, &target, step),
         }

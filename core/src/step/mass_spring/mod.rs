@@ -79,7 +79,7 @@ impl Method for Explicit {
         let settings = context.contact_settings();
         Box::new(MassSpring {
             contacts: ContactManager::new(settings.as_ref()),
-            shared: SharedContacts::new(settings.as_ref()),
+            shared: SharedContacts::new(context),
             bounces: context.solver.restitution > 0.0,
             ..MassSpring::new(context, context.time_step)
         })

@@ -154,7 +154,7 @@ impl RapierJoints {
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
             substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST)),
             most_with_contacts: most_parts(context, 1.0),
-            shared: SharedContacts::new(context.contact_settings().as_ref()).in_turn(net),
+            shared: SharedContacts::new(context),
             books: StepBooks::default(),
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
