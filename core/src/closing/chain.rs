@@ -93,9 +93,7 @@ impl LinkChain {
     /// Takes back what pulls so far have done to the rates.
     pub fn release(&mut self) {
         for i in 0..self.links.len() {
-            let given = self.given(i, |link| link.pull);
-            let link = &mut self.links[i];
-            link.rate += link.inverse_mass * link.pull - given;
+            self.links[i].rate += self.taken(i, |link| link.pull);
         }
     }
 
@@ -130,9 +128,7 @@ impl LinkChain {
 
     /// w if every segment pulls with its share [1/kg], see [`LinkChain::weight`].
     pub fn weight_taut(&self) -> f64 {
-        let shares =
-            |(i, link): (usize, &Link)| link.inverse_mass * link.share - self.given(i, |link| link.share);
-        self.links.iter().enumerate().map(shares).sum()
+        (0..self.links.len()).map(|i| self.taken(i, |link| link.share)).sum()
     }
 
     /// w: by how much the rates of all segments together fall for a unit of the thread's impulse, as they are settled [1/kg].
@@ -141,13 +137,16 @@ impl LinkChain {
             link.row.value = if link.row.held == HeldBy::Taut { link.share } else { 0.0 };
         }
         self.solve();
-        let mut weight = 0.0;
-        for (i, link) in self.links.iter().enumerate() {
-            if !link.row.is_bunched() {
-                weight += link.inverse_mass * link.row.value - self.given(i, |link| link.row.value);
-            }
-        }
-        weight
+        // The rates of bunched ones stay.
+        let others = (0..self.links.len()).filter(|&i| !self.links[i].row.is_bunched());
+        others.map(|i| self.taken(i, |link| link.row.value)).sum()
+    }
+
+    /// What all, of which so much is told, take off the rate of segment `i`.
+    #[inline]
+    fn taken(&self, i: usize, of: impl Fn(&Link) -> f64) -> f64 {
+        let link = &self.links[i];
+        link.inverse_mass * of(link) - self.given(i, of)
     }
 
     /// What others, of which so much is told, add to the rate of segment `i`.
@@ -312,8 +311,7 @@ mod tests {
 
     /// The rate of segment `i` at the pulls of all [m/s].
     fn rate(chain: &LinkChain, i: usize) -> f64 {
-        let link = &chain.links[i];
-        link.rate - link.inverse_mass * link.pull + chain.given(i, |link| link.pull)
+        chain.links[i].rate - chain.taken(i, |link| link.pull)
     }
 
     /// Each pulls with its share or holds its knots at the floor; the rule is written again here, pull by pull.

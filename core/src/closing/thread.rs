@@ -464,10 +464,11 @@ impl Thread {
     /// Says which segments are short under the pull `impulse`, and whether the knots of one would turn about each other.
     fn sort(&mut self, step: f64, impulse: f64) -> bool {
         let mut turns = false;
-        for (segment, link) in self.segments.iter_mut().zip(&self.chain.links) {
+        for (segment, link) in self.segments.iter_mut().zip(&mut self.chain.links) {
             // Two free knots under this pull would come nearer by so much in the step.
             let nearer = segment.share * impulse * link.inverse_mass * step;
             segment.is_short = segment.length <= self.floor + LONG * nearer;
+            link.is_short = segment.is_short;
             turns |= segment.is_short && nearer > self.floor;
         }
         turns
@@ -509,9 +510,6 @@ impl Thread {
             self.load_chain(step);
         }
         let Thread { segments, slots, velocity, inverse_masses, chain, .. } = self;
-        for (segment, link) in segments.iter().zip(&mut chain.links) {
-            link.is_short = segment.is_short;
-        }
         chain.settle(impulse);
         let mut largest = 0.0_f64;
         for ((segment, link), ends) in segments.iter_mut().zip(&chain.links).zip(slots.windows(2)) {

@@ -18,7 +18,7 @@ pub const RESOLVES: f64 = 0.6;
 
 /// Share of the own step that is taken where a thread is drawn along the net: what contacts do to its segments after it pulled it hears
 /// a sub-step late. Of the energy at hand 64 Cubesats about z with a `cinch` and friction 0.5 made at most 3.1e-3 (10 above 1e-3) with 1, 1.2e-3 (2) with 0.67,
-/// 8e-5 with this; 32 under 5 N 2.8e-3 (5) with 1 and 7e-4 with 0.56.
+/// 5.2e-4 with this; 32 and 64 under 5 N 2.8e-3 (5) with 1, 3.6e-4 with this.
 pub const DRAWN: f64 = 0.45;
 
 /// Share of the stable step at which semi-implicit Euler makes little energy of cables that hardly damp, and of those that do
