@@ -451,17 +451,21 @@ fn a_cable_that_rocks_on_a_ball_is_held_where_it_is_nearest() {
 /// again: 1.1e-3 and 1.7e-3 with a cinch, 5.9e-3 at most with a free thread. And a cinch whose bunched segments were not settled
 /// pulled with no winch behind it: 3.8e-3 and 1.1e-2 with friction. One that pushed for what was foreseen to press it gave 5e-3 in one of
 /// eight tubes. Segments that began each step from nothing and told each other in two passes, all in one direction, gave 1.6e-2 in one of 48, and a strong
-/// winch on a cinch, whose 46 segments need more than ten passes, up to 7.8e-3.
+/// winch on a cinch, whose 46 segments need more than ten passes, up to 7.8e-3. A thread that was pulled without the latches that act after it pushed into
+/// them: 5.4e-3 and 1.4e-2.
 #[test]
 fn what_threads_draw_around_edges_makes_little() {
     let (cables, friction) = ("effects.cable_contact={}", r#"effects.friction={"coefficient":0.3}"#);
-    // Median and largest of eight; measured 9.6e-6 and 2.1e-5, 3.0e-5 and 1.1e-4, 1.7e-5 and 2.4e-4, 9.6e-6 and 2.4e-5, 1.5e-5 and 2.9e-5.
+    let latches = "effects.closing.lock=true";
+    // Median and largest of eight; measured 9.6e-6 and 2.1e-5, 3.0e-5 and 1.1e-4, 1.7e-5 and 2.4e-4, 9.6e-6 and 2.4e-5, 1.5e-5 and 2.9e-5,
+    // 2.5e-5 and 3.9e-5.
     for (name, effects, bounds) in [
         ("cubesat-spin-x-2.0-cinch", vec![cables], [1e-4, 3e-4]),
         ("cubesat-spin-z-2.0-free", vec![cables], [1e-4, 3e-4]),
         ("cubesat-spin-z-2.0-cinch", vec![friction], [2e-4, 1e-3]),
         ("cubesat-spin-z-2.0-tube", vec![cables, friction], [1e-4, 5e-4]),
         ("cubesat-spin-z-2.0-cinch", vec!["effects.closing.max_tension_n=5"], [1e-4, 5e-4]),
+        ("cubesat-spin-x-2.0-tube", vec![latches], [2e-4, 1e-3]),
     ] {
         let mut changes = vec!["solver.cables=explicit", "solver.contact=impulse", "duration_s=3"];
         changes.extend(effects);
@@ -474,10 +478,11 @@ fn what_threads_draw_around_edges_makes_little() {
 
 /// Under joints a step that makes energy is cut, and that has to hear of all that may make it. A driven surface was not heard of: a
 /// coefficient of 10 at 20 rad/s made 1.0e-2 in the middle and 0.11 at most. What a thread gave was asked of each step alone: 1.0e-3, 5.8e-3. And
-/// strands that had gone through each other were pushed back, some this way and some that: 1.9e-4, 3e-2.
+/// strands that had gone through each other were pushed back, some this way and some that: 1.9e-4, 3e-2. Latches took back what the engine's cables had
+/// parted: 0.2, 8e2.
 #[test]
 fn what_rubs_winds_and_jams_under_joints_makes_little() {
-    // Median and largest of eight; measured 1.2e-4 and 1.5e-4, 1.3e-4 and 2.0e-4, 1.9e-4 and 2.0e-4.
+    // Median and largest of eight; measured 1.2e-4 and 1.5e-4, 1.3e-4 and 2.0e-4, 1.9e-4 and 2.0e-4, 1.7e-4 and 2.2e-4.
     for (name, changes) in [
         (
             "cubesat-free",
@@ -490,6 +495,7 @@ fn what_rubs_winds_and_jams_under_joints_makes_little() {
         ),
         ("cubesat-spin-x-2.0-cinch", vec![r#"effects.friction={"coefficient":0.3}"#, "duration_s=2.4"]),
         ("cubesat-free", vec!["effects.self_contact={}", "duration_s=3"]),
+        ("cubesat-spin-x-2.0-tube", vec!["effects.closing.lock=true", "duration_s=3"]),
     ] {
         let mut all = vec!["solver.cables=joints", "solver.contact=rapier"];
         all.extend(&changes);

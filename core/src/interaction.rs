@@ -68,18 +68,38 @@ pub trait SubstepConstraint: Send {
     /// Changes velocities for a (sub-)step of `step` seconds, and marks the knots it changed.
     fn solve(&mut self, knots: &mut Knots, step: f64, touched: &mut [bool]);
 
-    /// Keeps itself as it is, at the start of a step that may be done again.
-    fn checkpoint(&mut self);
+    /// Keeps itself as it is, at the start of a step of `step` seconds that may be done again; what it needs of who does it.
+    fn checkpoint(&mut self, step: f64) -> StepNeeds;
 
     /// Undoes what it did since the checkpoint.
     fn rollback(&mut self);
 
     /// How it fared since the checkpoint; `knots` are those at the end of the step.
     fn fared(&mut self, knots: &Knots) -> Fared;
+}
 
-    /// Parts that a step of `step` seconds needs, lest in one of them it throws knots that others have to catch.
-    fn parts(&self, _step: f64) -> u32 {
-        1
+/// What a constraint needs of a method that moves net and target by itself after it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StepNeeds {
+    /// Parts of the step, lest in one of them it throws knots that others have to catch.
+    pub parts: u32,
+    /// What the method is to hold from now on, and not the constraint: it cannot see what comes after it.
+    pub ties: Vec<Tie>,
+}
+
+/// Two knots that may not part beyond a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tie {
+    /// They.
+    pub knots: [usize; 2],
+    /// The distance [m].
+    pub distance: f64,
+}
+
+impl Tie {
+    /// How far they are apart [m].
+    pub fn apart(&self, knots: &Knots) -> f64 {
+        (knots.position[self.knots[1]] - knots.position[self.knots[0]]).norm()
     }
 }
 
@@ -535,9 +555,15 @@ impl Interactions {
         self.each_constraint(|constraint| constraint.solve(knots, step, touched));
     }
 
-    /// Constraints keep themselves as they are.
-    pub fn checkpoint(&mut self) {
-        self.each_constraint(|constraint| constraint.checkpoint());
+    /// Constraints keep themselves as they are; what they need of a step of `step` seconds, together.
+    pub fn checkpoint(&mut self, step: f64) -> StepNeeds {
+        let mut all = StepNeeds::default();
+        self.each_constraint(|constraint| {
+            let StepNeeds { parts, ties } = constraint.checkpoint(step);
+            all.parts = all.parts.max(parts);
+            all.ties.extend(ties);
+        });
+        all
     }
 
     /// Constraints undo what they did since the checkpoint, and contact laws forget it.
@@ -555,13 +581,6 @@ impl Interactions {
             all.created += created;
         });
         all
-    }
-
-    /// Parts that constraints need in a step of `step` seconds.
-    pub fn parts(&mut self, step: f64) -> u32 {
-        let mut parts = 1;
-        self.each_constraint(|constraint| parts = parts.max(constraint.parts(step)));
-        parts
     }
 
     /// Whether there are contact laws.

@@ -4,9 +4,13 @@
 //! beyond the distance at which they latched. Every knot latches onto one other at most. Neighbours along the
 //! perimeter may latch too: their cable lets them come close as any others.
 //!
+//! Where a method moves cables by itself after threads and latches, it holds latches together with them (see [`Tie`]): what cables part
+//! within a step a latch of ours would have to take back in the next, which is work that nobody puts in.
+//!
 //! Latches are a choice of ours: the source has none.
 
 use super::thread::{LengthCommand, Thread, ThreadSweeps};
+use crate::interaction::Tie;
 use crate::state::Knots;
 
 /// Steps between two looks for knots to latch: between them a knot moves a few millimetres.
@@ -20,13 +24,22 @@ pub struct Lock {
     /// Knots that are free to latch.
     free: Vec<usize>,
     latches: Vec<(Thread, f64)>,
+    /// How many of the first of them somebody else holds.
+    n_handed_over: usize,
     n_looks: u64,
 }
 
 impl Lock {
     /// Lets `knots` latch within `distance` [m].
     pub fn new(knots: &[usize], distance: f64) -> Lock {
-        Lock { knots: knots.to_vec(), distance, free: knots.to_vec(), latches: Vec::new(), n_looks: 0 }
+        Lock {
+            knots: knots.to_vec(),
+            distance,
+            free: knots.to_vec(),
+            latches: Vec::new(),
+            n_handed_over: 0,
+            n_looks: 0,
+        }
     }
 
     /// The knots that may latch.
@@ -44,13 +57,25 @@ impl Lock {
         self.latches.is_empty()
     }
 
+    /// Whether it holds any latch by itself.
+    pub fn pulls(&self) -> bool {
+        self.latches.len() > self.n_handed_over
+    }
+
+    /// Those that it has held by itself, for somebody else to hold from now on.
+    pub fn hand_over(&mut self) -> Vec<Tie> {
+        let held = self.latches.iter().skip(std::mem::replace(&mut self.n_handed_over, self.latches.len()));
+        held.map(|(latch, distance)| Tie { knots: [latch.knots()[0], latch.knots()[1]], distance: *distance })
+            .collect()
+    }
+
     /// Latches what came close, and begins a step.
     pub fn begin(&mut self, knots: &Knots, inverse_mass: &[f64]) {
         if self.n_looks.is_multiple_of(EVERY) {
             self.latch_close_pairs(knots);
         }
         self.n_looks += 1;
-        for (latch, _) in &mut self.latches {
+        for (latch, _) in &mut self.latches[self.n_handed_over..] {
             latch.begin(knots, inverse_mass);
         }
     }
@@ -58,7 +83,7 @@ impl Lock {
     /// Pulls every latch; returns whether it changed any velocity.
     pub fn pull(&mut self, knots: &mut Knots, step: f64) -> bool {
         let mut changed = false;
-        for (latch, length) in &mut self.latches {
+        for (latch, length) in &mut self.latches[self.n_handed_over..] {
             changed |= latch.pull(knots, step, &LengthCommand::hold(*length), &ThreadSweeps::WHOLE);
         }
         changed

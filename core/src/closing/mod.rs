@@ -18,7 +18,7 @@ pub mod winch;
 
 use nalgebra::Vector3;
 
-use crate::interaction::{Fared, SubstepConstraint};
+use crate::interaction::{Fared, StepNeeds, SubstepConstraint};
 use crate::state::{EffectWork, Knots};
 use layouts::Route;
 use lock::Lock;
@@ -35,6 +35,11 @@ const EXCESS: f64 = 2e-4;
 /// A pull that begins within a step may throw knots so many times as fast as one that was there before, until the
 /// step is taken back.
 const JERK: f64 = 2.0;
+
+/// Sweeps over threads and latches, at most. A thread that does not know of latches pushes what it has bunched into them, and gives more than its
+/// winches put in. Twelve Cubesats at 2 rad/s, 3 s, explicit cables, created in the middle and at most: a `tube` 5.4e-3 and 1.4e-2 with one sweep, 3.0e-5
+/// and 1.0e-4 with these, 2.6e-5 and 1.6e-4 with 30; a `cinch` about z 3.8e-4 and 1.9e-3 with 3, 2.9e-5 and 1.1e-4, 1.4e-5 and 4.2e-5.
+const SWEEPS_WITH_LATCHES: usize = 8;
 
 /// Threads, winches and latches of a net.
 #[derive(Clone, Debug)]
@@ -206,7 +211,9 @@ impl Mechanism {
 
     /// Threads and latches pull in turn, until none changes what the others left.
     fn sweep(&mut self, knots: &mut Knots, step: f64) {
-        for _ in 0..self.effort.sweeps {
+        let has_latches = self.lock.as_ref().is_some_and(Lock::pulls);
+        let sweeps = if has_latches { SWEEPS_WITH_LATCHES } else { self.effort.sweeps };
+        for _ in 0..sweeps {
             let mut changed = false;
             for Line { thread, winch, .. } in &mut self.lines {
                 changed |= thread.pull(knots, step, &winch.command(step), &self.effort);
@@ -343,11 +350,16 @@ impl SubstepConstraint for Mechanism {
         self.pulled.after_pull(knots, &self.inverse_mass, touched);
     }
 
-    fn checkpoint(&mut self) {
+    fn checkpoint(&mut self, step: f64) -> StepNeeds {
+        if !self.runs {
+            self.checkpoint = None;
+            return StepNeeds::default();
+        }
+        let ties = self.lock.as_mut().map(Lock::hand_over).unwrap_or_default();
         for line in &mut self.lines {
             line.winch.excess = 0.0;
         }
-        self.checkpoint = self.runs.then(|| Checkpoint {
+        self.checkpoint = Some(Checkpoint {
             given: self.given(),
             winches: self.lines.iter().map(|line| line.winch).collect(),
             foresight: self.lines.iter().map(|line| line.thread.foresight.clone()).collect(),
@@ -355,6 +367,7 @@ impl SubstepConstraint for Mechanism {
             pulled: self.pulled.clone(),
             outside: self.outside,
         });
+        StepNeeds { parts: (step * self.rate() / self.throw).ceil() as u32, ties }
     }
 
     fn rollback(&mut self) {
@@ -379,10 +392,6 @@ impl SubstepConstraint for Mechanism {
         let is_long = self.lines.iter().any(|line| line.winch.excess > EXCESS * line.full_length);
         let created = self.checkpoint.as_ref().map_or(0.0, |kept| self.given() - kept.given);
         Fared { is_violated: is_thrown || is_long, created }
-    }
-
-    fn parts(&self, step: f64) -> u32 {
-        if self.runs { (step * self.rate() / self.throw).ceil().max(1.0) as u32 } else { 1 }
     }
 }
 

@@ -117,6 +117,12 @@ impl World {
         }
     }
 
+    pub fn set_rest_length(&mut self, index: usize, rest_length: f64) {
+        if let Some(joint) = self.physics.impulse_joints.get_mut(self.joints[index], false) {
+            joint.data.set_limits(JointAxis::LinX, [0.0, real(rest_length)]);
+        }
+    }
+
     pub fn set_acting(&mut self, index: usize, acts: bool) {
         if let Some(joint) = self.physics.impulse_joints.get_mut(self.joints[index], false) {
             joint.data.set_enabled(acts);

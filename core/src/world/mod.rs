@@ -105,6 +105,11 @@ impl World {
         either!(Engine, &mut self.0, engine => engine.set_softness(index, softness));
     }
 
+    /// Lets joint `index` pull beyond `rest_length` [m].
+    pub fn set_rest_length(&mut self, index: usize, rest_length: f64) {
+        either!(Engine, &mut self.0, engine => engine.set_rest_length(index, rest_length));
+    }
+
     /// Lets joint `index` act, or rest.
     pub fn set_acting(&mut self, index: usize, acts: bool) {
         either!(Engine, &mut self.0, engine => engine.set_acting(index, acts));

@@ -4,6 +4,7 @@ mod books;
 pub mod cables;
 mod own_contact;
 mod snaps;
+mod ties;
 
 use nalgebra::Vector3;
 
@@ -26,6 +27,7 @@ use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
 use books::StepBooks;
 use cables::CableJoints;
+use ties::KnotTies;
 
 /// Cables as joints of the engine.
 pub struct Joints;
@@ -90,6 +92,7 @@ pub struct RapierJoints {
     iterations: SolverIterations,
     world: World,
     cables: CableJoints,
+    ties: KnotTies,
     contacts: ContactManager,
     /// The explicit net that flies until the boxes meet.
     flight: Option<MassSpring>,
@@ -144,6 +147,7 @@ impl RapierJoints {
         RapierJoints {
             iterations: SolverIterations::new(solver.sweeps, solver.sweeps_max),
             cables: CableJoints::install(net, solver.snap_passes, time_step.step, &mut world),
+            ties: KnotTies::new(time_step.step),
             contacts: ContactManager::new(context.contact_settings().as_ref()),
             flight: (solver.flight == Flight::Explicit).then(|| MassSpring::flight(context)),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
@@ -202,12 +206,14 @@ impl RapierJoints {
             self.substep.at_most(self.most_with_contacts);
         }
         let may_cut = self.substep.may_cut();
-        if may_cut {
-            with.checkpoint();
-        }
         self.substep.at_least(self.parts_of_motion(state));
-        if with.constrain() && !self.contacts.is_own() {
-            self.substep.at_least(with.parts(self.step));
+        if with.constrain() {
+            let needs = with.checkpoint(self.step);
+            if !self.contacts.is_own() {
+                self.substep.at_least(needs.parts);
+            }
+            self.ties.add(needs.ties, &mut self.world);
+            self.ties.follow(&state.knots, &mut self.world);
         }
         self.cuts.begin();
         let mut cuts = 0;
@@ -224,7 +230,8 @@ impl RapierJoints {
             };
             // In this order what is not a number stays so.
             let gain = if rise > by_cables { rise } else { by_cables };
-            let constraints = if may_cut { with.fared(&state.knots) } else { Fared::default() };
+            let mut constraints = if may_cut { with.fared(&state.knots) } else { Fared::default() };
+            constraints.is_violated |= self.ties.give_way(&self.starts[0].knots, &state.knots);
             if self.substep.accept(gain, energy + by_cables, constraints) {
                 return Ok(cuts);
             }
