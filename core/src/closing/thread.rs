@@ -51,7 +51,7 @@
 //! **Capstan friction.** Where the thread turns by φ and slides towards the nearest end that is wound, its tension falls by
 //! e^(−μφ). It enters as a weight on each segment's pull (w = Σ gⱼ · fⱼ / mⱼ with the weighted gradient f). How
 //! it slid is known from the last steps: past a node goes what all segments beyond it grew shorter by, up to the node at which it has turned half
-//! of all it turns, where it goes to neither end. What slides slower than [`SLIDES`] rubs less. Where it is drawn back, away from the end, its tension
+//! of all it turns, where it goes to neither end. What slides slower than `SLIDES` rubs less. Where it is drawn back, away from the end, its tension
 //! rises again, but never above that of the end: that much less friction than there is, but it takes energy only. As if all of it slid towards
 //! its ends whatever the knots did, Cubesats at 2 rad/s made 4e-4 of the energy at hand in the middle and 2.3e-3 at most of 8 with a `tube` and a
 //! coefficient of 0.2, and 0.10 and 0.26 with a `cinch`; 7.6e-6 and 2.7e-5, 4e-8 and 1.8e-5 so, and friction takes half as much again of
