@@ -628,6 +628,15 @@ impl Interactions {
         });
     }
 
+    /// Parts that contact laws need in a step of `step` seconds from `knots`.
+    pub fn parts_of_contacts(&mut self, knots: &Knots, step: f64) -> u32 {
+        let mut parts = 1;
+        self.each_contact_law(None, |law| {
+            parts = parts.max(law.rows().map_or(1, |rows| rows.parts(knots, step)));
+        });
+        parts
+    }
+
     /// Whether contact laws share rows.
     pub fn share_rows(&self) -> bool {
         self.shares_rows

@@ -88,6 +88,12 @@ pub trait RowSource {
     /// Whether they are of contacts with the target, which may rub, or within the net.
     fn touches_target(&self) -> bool;
 
+    /// Parts in which a method that moves cables by itself is to take a step of `step` seconds from `knots`, lest what touches is past each other
+    /// before it is looked at again.
+    fn parts(&self, _knots: &Knots, _step: f64) -> u32 {
+        1
+    }
+
     /// After a method that moves cables by itself moved `net` for a part of `step` seconds: changes velocities by what it should have
     /// given in advance, and marks their knots. The part is done again with that.
     fn correct(&mut self, _net: &mut MarkedKnots<'_>, _step: f64) {}

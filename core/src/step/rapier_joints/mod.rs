@@ -203,7 +203,9 @@ impl RapierJoints {
         self.substep.start(energy);
         if with.touch() {
             // What is left there is not of the cables, and shorter parts do not take it: they cost up to half of the run.
-            self.substep.at_most(self.most_with_contacts);
+            let most = self.most_with_contacts;
+            self.substep.at_most(most);
+            self.substep.at_least(with.parts_of_contacts(&state.knots, self.step).min(most));
         }
         let may_cut = self.substep.may_cut();
         self.substep.at_least(self.parts_of_motion(state));
