@@ -34,7 +34,7 @@ impl Method for Explicit {
         let of_fields = if demands.options.has_fields { JOINTS_STEP } else { f64::INFINITY };
         let safe = (if demands.has_contact_force() { RESOLVES } else { SAFE } * stable).min(of_fields);
         let safe = safe.min(demands.resolving_contact_step());
-        let own = safe.min(demands.pulled_step()).min(demands.throwing_step());
+        let own = safe.min(demands.pulled_step()).min(demands.throwing_step()).min(demands.strand_step());
         let own = if demands.options.is_drawn_along { DRAWN * own } else { own };
         let substep = demands.solver.step_s.map_or(own, |step| step.0);
         // Contacts are found once a step: no knot may come from beyond the margin within it, nor
