@@ -7,6 +7,10 @@
 //! Where a method moves cables by itself after threads and latches, it holds latches together with them (see [`Tie`]): what cables part
 //! within a step a latch of ours would have to take back in the next, which is work that nobody puts in.
 //!
+//! What contacts, which act after it, part a latch by, it does not take back either: it holds its knots where they are, and where they come nearer it follows.
+//! One whose cable ran through a body's edge fought for them with contact of whole cables, and threw a knot of the Cubesat's at 7 m/s: 9e-2 of the energy in
+//! one of four `cinch`es, 2e-6 so. Of 118 latches in six runs of 5 s four had opened by more than 0.5 %, one to 1.8 times its distance.
+//!
 //! Latches are a choice of ours: the source has none.
 
 use super::thread::{LengthCommand, Thread, ThreadSweeps};
@@ -84,7 +88,8 @@ impl Lock {
     pub fn pull(&mut self, knots: &mut Knots, step: f64) -> bool {
         let mut changed = false;
         for (latch, length) in &mut self.latches[self.n_handed_over..] {
-            changed |= latch.pull(knots, step, &LengthCommand::hold(*length), &ThreadSweeps::WHOLE);
+            let holds_at = latch.length_at_start().max(*length);
+            changed |= latch.pull(knots, step, &LengthCommand::hold(holds_at), &ThreadSweeps::WHOLE);
         }
         changed
     }
@@ -123,6 +128,31 @@ mod tests {
                 *x += STEP * v;
             }
         }
+    }
+
+    /// What parted a latch's knots it leaves, and holds them there; where they come nearer, it holds them nearer.
+    #[test]
+    fn a_latch_takes_nothing_back() {
+        let mut knots = Knots {
+            position: vec![Vector3::zeros(), vector![0.01, 0.0, 0.0]],
+            velocity: vec![Vector3::zeros(); 2],
+        };
+        let mut lock = Lock::new(&[0, 1], 0.02);
+        let apart = |knots: &Knots| (knots.position[1] - knots.position[0]).norm();
+        run(&mut lock, &mut knots, &[1.0; 2], 1);
+        knots.position[1].x = 0.015;
+        run(&mut lock, &mut knots, &[1.0; 2], 50);
+        assert!((apart(&knots) - 0.015).abs() < 1e-12, "{}", apart(&knots));
+        for (speed, end) in [(1.0, 0.015), (-1.0, 0.013), (1.0, 0.013)] {
+            knots.velocity = vec![Vector3::zeros(), vector![speed, 0.0, 0.0]];
+            run(&mut lock, &mut knots, &[1.0; 2], 2);
+            assert!((apart(&knots) - end).abs() < 1e-12, "{speed} m/s: {}", apart(&knots));
+        }
+        knots.velocity = vec![Vector3::zeros(), vector![-1.0, 0.0, 0.0]];
+        run(&mut lock, &mut knots, &[1.0; 2], 8);
+        knots.velocity = vec![Vector3::zeros(), vector![1.0, 0.0, 0.0]];
+        run(&mut lock, &mut knots, &[1.0; 2], 50);
+        assert!((apart(&knots) - 0.01).abs() < 1e-12, "no nearer than it latched: {}", apart(&knots));
     }
 
     /// Two knots pass within the lock distance: from then on they stay together, and what is left
