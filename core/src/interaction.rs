@@ -101,6 +101,11 @@ impl Tie {
     pub fn apart(&self, knots: &Knots) -> f64 {
         (knots.position[self.knots[1]] - knots.position[self.knots[0]]).norm()
     }
+
+    /// Where it holds them now [m]: what it gave way by it does not take back, and where they come nearer it follows.
+    pub fn holds_at(&self, knots: &Knots) -> f64 {
+        self.apart(knots).max(self.distance)
+    }
 }
 
 /// How a constraint fared in a step that may be taken back.

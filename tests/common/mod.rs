@@ -114,13 +114,18 @@ pub fn captured(members: &[Summary]) -> usize {
 
 /// Least, median and largest of a number of the summaries, named as in `expect.within`.
 pub fn spread(members: &[Summary], name: &str) -> [f64; 3] {
+    let mut values = values(members, name);
+    values.sort_by(f64::total_cmp);
+    [values[0], values[values.len() / 2], values[values.len() - 1]]
+}
+
+/// A scalar of every member.
+pub fn values(members: &[Summary], name: &str) -> Vec<f64> {
     let of = |summary: &Summary| {
         let scalars = summary.scalars();
         scalars.iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("no {name}")).1
     };
-    let mut values: Vec<f64> = members.iter().map(of).collect();
-    values.sort_by(f64::total_cmp);
-    [values[0], values[values.len() / 2], values[values.len() - 1]]
+    members.iter().map(of).collect()
 }
 
 /// `case` with what `change` makes of its net, target and step.

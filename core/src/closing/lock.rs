@@ -27,7 +27,7 @@ pub struct Lock {
     distance: f64,
     /// Knots that are free to latch.
     free: Vec<usize>,
-    latches: Vec<(Thread, f64)>,
+    latches: Vec<(Thread, Tie)>,
     /// How many of the first of them somebody else holds.
     n_handed_over: usize,
     n_looks: u64,
@@ -69,8 +69,7 @@ impl Lock {
     /// Those that it has held by itself, for somebody else to hold from now on.
     pub fn hand_over(&mut self) -> Vec<Tie> {
         let held = self.latches.iter().skip(std::mem::replace(&mut self.n_handed_over, self.latches.len()));
-        held.map(|(latch, distance)| Tie { knots: [latch.knots()[0], latch.knots()[1]], distance: *distance })
-            .collect()
+        held.map(|(_, tie)| *tie).collect()
     }
 
     /// Latches what came close, and begins a step.
@@ -87,9 +86,9 @@ impl Lock {
     /// Pulls every latch; returns whether it changed any velocity.
     pub fn pull(&mut self, knots: &mut Knots, step: f64) -> bool {
         let mut changed = false;
-        for (latch, length) in &mut self.latches[self.n_handed_over..] {
-            let holds_at = latch.length_at_start().max(*length);
-            changed |= latch.pull(knots, step, &LengthCommand::hold(holds_at), &ThreadSweeps::WHOLE);
+        for (latch, tie) in &mut self.latches[self.n_handed_over..] {
+            let command = LengthCommand::hold(tie.holds_at(knots));
+            changed |= latch.pull(knots, step, &command, &ThreadSweeps::WHOLE);
         }
         changed
     }
@@ -103,7 +102,8 @@ impl Lock {
             let nearest = rest.map(|(k, &b)| (i + 1 + k, apart(b))).min_by(|x, y| x.1.total_cmp(&y.1));
             match nearest {
                 Some((k, distance)) if distance <= self.distance => {
-                    self.latches.push((Thread::between(a, self.free[k]), distance));
+                    let tie = Tie { knots: [a, self.free[k]], distance };
+                    self.latches.push((Thread::between(a, self.free[k]), tie));
                     self.free.remove(k);
                     self.free.remove(i);
                 }

@@ -263,11 +263,12 @@ impl Thread {
             Node::Anchor => distinct.len(),
         };
         let zeros = vec![Vector3::zeros(); distinct.len() + 1];
+        let n_segments = nodes.len().saturating_sub(1);
         let ring_at = nodes.split_last().and_then(|(end, others)| others.iter().position(|node| node == end));
         Thread {
-            segments: vec![Segment::default(); nodes.len().saturating_sub(1)],
+            segments: vec![Segment::default(); n_segments],
             slots: nodes.iter().map(slot).collect(),
-            foresight: Foresight::default(),
+            foresight: Foresight { segments: vec![Foreseen::default(); n_segments], ..Foresight::default() },
             nodes,
             anchor: Vector3::zeros(),
             ends,
@@ -371,7 +372,6 @@ impl Thread {
     /// Begins a step of `step` seconds after which others change the velocities again, and hears what they did last.
     pub fn foresee(&mut self, step: f64) {
         let Foresight { step: last, segments, .. } = &mut self.foresight;
-        segments.resize(self.segments.len(), Foreseen::default());
         for (segment, seen) in self.segments.iter_mut().zip(segments) {
             let met = seen.expected.take().map_or(0.0, |length| (segment.length - length) / (*last * *last));
             seen.rate += FOLLOW * (met - seen.rate);
@@ -401,14 +401,12 @@ impl Thread {
     fn share_tension(&mut self) {
         let n_segments = self.segments.len();
         let Foresight { step, segments: foreseen, .. } = &mut self.foresight;
-        let has_slid = *step > 0.0 && foreseen.len() == n_segments;
-        foreseen.resize(n_segments, Foreseen::default());
         let mut turns = 0.0;
         for (i, seen) in foreseen.iter_mut().enumerate() {
             let next = self.segments.get(i + 1).map(|next| next.along);
             let segment = &mut self.segments[i];
             let before = std::mem::replace(&mut seen.length, segment.length);
-            if has_slid {
+            if *step > 0.0 {
                 let rate = (segment.length - before) / *step;
                 seen.lengthening += *step / (*step + SETTLES) * (rate - seen.lengthening);
             } else {

@@ -47,7 +47,8 @@ impl IterationLimits {
     pub const WHOLE: IterationLimits = IterationLimits { passes: 100, tolerance: 1e-6, rests: true };
 
     /// The same where threads press strands of the net together. The nets of eight stages with a `tube` under 50 N had 318 pairs that went through
-    /// each other with 100 passes, and one made 3.0e-3 of the energy at hand; 34 and 9.7e-5 with these. Cubesats with a `tube`, whose strands do not, take 14 % longer.
+    /// each other with 100 passes, and one made 3.0e-3 of the energy at hand; 34 and 9.7e-5 with these. (In steps in which strands are not
+    /// outrun, see `strand_step`, four have 14 with 100 passes, and two none with these.) Cubesats with a `tube`, whose strands do not, take 14 % longer.
     pub const OF_DRAWN_STRANDS: IterationLimits = IterationLimits { passes: 400, ..IterationLimits::WHOLE };
 
     /// For rows of which the engine solves most again. With 12 passes a net of 6 x 6 meshes at 5 m/s around a box of

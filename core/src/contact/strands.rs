@@ -49,11 +49,11 @@
 //! are solved together with knots and cables (explicit cables). Bounces beyond a restitution of 0.5 are left at the first column: with
 //! full ones the last made 9e3 of the energy at hand, with 0.9 2.1e-2 in one of 36.
 //!
-//! A step is taken in so many parts that no pair which nearly touches comes farther in one than it is thick: heavy bullets shot at 8 m/s, a strand's thickness
-//! in an eighth of a step, at a cube that is held (7 x 6 and 6 x 8 meshes, 0.2 kg, 1 and 0.5 mm, 8 members of 1 s each) drew 1251 and 246 pairs through each other without,
-//! 147 and 12 so; a panel's net with whole cables 12 and 4, the Cubesat with a `cinch` and whole cables 9 and 7 in six members each. Of half as long parts 58 and 32 were left, in up to
-//! 1.7 times the time. With full bounces, left at the first
-//! column, 96 pairs went through in eight free Cubesats for 330.
+//! A step is taken in so many parts that no pair which nearly touches comes farther in one than it is thick. Heavy bullets shot at 8 m/s, a strand's
+//! thickness in an eighth of a step, at a cube that is held (7 x 6 and 6 x 8 meshes, 0.2 kg, 1 and 0.5 mm, 8 members of 1 s each) drew 1251 and 246 pairs
+//! through each other without, 147 and 12 so; a panel's net with whole cables 12 and 4, the Cubesat with a `cinch` and whole cables 9 and 7 in six members
+//! each; with full bounces, left at the first column, eight free Cubesats 330 and 96. Of half as long parts 58 and 32 of the first two were left, in up to 1.7
+//! times the time.
 //!
 //! Strands that overlap in the folded net are left alone until they have parted once.
 //!

@@ -203,11 +203,13 @@ impl RapierJoints {
         self.substep.start(energy);
         if with.touch() {
             // What is left there is not of the cables, and shorter parts do not take it: they cost up to half of the run.
-            let most = self.most_with_contacts;
-            self.substep.at_most(most);
-            self.substep.at_least(with.parts_of_contacts(&state.knots, self.step).min(most));
+            self.substep.at_most(self.most_with_contacts);
         }
         let may_cut = self.substep.may_cut();
+        if may_cut && with.touch() {
+            let parts = with.parts_of_contacts(&state.knots, self.step);
+            self.substep.at_least(parts.min(self.most_with_contacts));
+        }
         self.substep.at_least(self.parts_of_motion(state));
         if with.constrain() {
             let needs = with.checkpoint(self.step);

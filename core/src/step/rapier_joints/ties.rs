@@ -60,7 +60,7 @@ impl KnotTies {
     /// Before a step: those that gave way hold where they are.
     pub fn follow(&mut self, knots: &Knots, world: &mut World) {
         for JoinedTie { tie, joint, rest_length } in &mut self.ties {
-            let holds_at = tie.apart(knots).max(tie.distance);
+            let holds_at = tie.holds_at(knots);
             if std::mem::replace(rest_length, holds_at) != holds_at {
                 world.set_rest_length(*joint, holds_at);
             }
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
     use crate::net::Net;
     use crate::problems::Problems;
-    use crate::state::{Knots, State};
+    use crate::state::State;
     use crate::world::Setup;
     use nalgebra::Vector3;
 
