@@ -14,13 +14,13 @@
 //! a little from those carried along, and to undo that within a sub-step would shoot the cable off. So
 //! would a force that answered such an overlap at once: what a plane is found with is left out first.
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use crate::net::Net;
 use crate::solver::Precision;
-use crate::state::{Along, Body, Contact, Knots, State};
+use crate::state::{Along, Body, Contact, Knots};
 use crate::target::Target;
-use crate::target::curved::Ridge;
+use crate::target::curved::{Ridge, RidgeLine};
 use crate::target::parts::ConvexPart;
 use crate::world::{CableDetector, POINT_ERROR};
 
@@ -36,19 +36,21 @@ const ALONG: f64 = 0.05;
 /// Finds planes of cables.
 pub struct CablePlanes {
     detector: CableDetector,
-    /// The target's parts in the body frame.
+    /// The target's parts in the body frame, and their ridges.
     solids: Vec<ConvexPart>,
-    /// Of each cable [m].
-    radius: Vec<f64>,
+    ridges: Vec<Vec<RidgeLine>>,
+    /// Knots of each cable, and its radius [m].
+    cables: Vec<([usize; 2], f64)>,
+    /// Cables of each knot.
+    cables_of: Vec<Vec<usize>>,
     /// Whether overlaps are answered by a force.
     by_force: bool,
     /// Whether places slide along faces, and planes follow edges and round parts.
     slides: bool,
-    /// Contacts and planes of a detection; kept for their memory.
+    /// Cables that are looked at in a detection, contacts of one and all planes before it; kept for their memory.
+    moved: Vec<bool>,
     found: Vec<Contact>,
     before: Vec<ContactPlane>,
-    /// How many planes the last detection found: they come first, in the order of cables, and those kept after them.
-    n_found: usize,
 }
 
 impl CablePlanes {
@@ -60,40 +62,92 @@ impl CablePlanes {
         by_force: bool,
         slides: bool,
     ) -> CablePlanes {
+        let mut cables_of = vec![Vec::new(); net.n_knots()];
+        for (index, cable) in net.cables.iter().enumerate() {
+            [cable.a, cable.b].into_iter().for_each(|knot| cables_of[knot].push(index));
+        }
+        let cable = |index: usize| ([net.cables[index].a, net.cables[index].b], net.cable_radius(index));
         CablePlanes {
             detector: CableDetector::new(net, target, precision),
             solids: target.parts.clone(),
-            radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
+            ridges: target.parts.iter().map(ConvexPart::ridge_lines).collect(),
+            cables: (0..net.cables.len()).map(cable).collect(),
+            cables_of,
             by_force,
             slides,
+            moved: vec![false; net.cables.len()],
             found: Vec::new(),
             before: Vec::new(),
-            n_found: 0,
         }
     }
 
-    /// Finds all planes within `margin` [m] anew; those that were and still are stay.
-    pub fn detect(&mut self, state: &State, body: &Body, margin: f64, planes: &mut Vec<ContactPlane>) {
-        let knots = &state.knots;
-        self.detector.detect(state, body, margin, &mut self.found);
-        self.before.clear();
-        self.before.append(planes);
-        let (ordered, kept) = self.before.split_at(self.n_found.min(self.before.len()));
-        for contact in &self.found {
-            let old = nearest(of_cable(ordered, contact).iter().chain(kept), contact);
-            planes.push(self.follow(self.plane(contact, knots, body), old, knots, body));
+    /// How far the cables at a knot reach from it [m].
+    pub fn reach(&self, knots: &Knots, knot: usize) -> f64 {
+        let length = |&cable: &usize| {
+            let [a, b] = self.cables[cable].0;
+            (knots.position[a] - knots.position[b]).norm()
+        };
+        self.cables_of[knot].iter().map(length).fold(0.0, f64::max)
+    }
+
+    /// Finds the planes within `margin` [m] of the cables at `renewed` knots anew; those that were and still are stay, and those of
+    /// all other cables. Planes are in the order of cables, those just found first.
+    pub fn detect(
+        &mut self,
+        renewed: &[(usize, Vector3<f64>)],
+        knots: &Knots,
+        body: &Body,
+        margin: f64,
+        planes: &mut Vec<ContactPlane>,
+    ) {
+        for (knot, _) in renewed {
+            self.cables_of[*knot].iter().for_each(|&cable| self.moved[cable] = true);
         }
-        self.n_found = planes.len();
-        for old in &self.before {
-            let found = of_cable(&planes[..self.n_found], &old.record);
+        let mut before = std::mem::take(&mut self.before);
+        before.append(planes);
+        let mut rest = before.as_slice();
+        let to_body = body.all_to_body();
+        for cable in 0..self.cables.len() {
+            let n_old = rest.iter().take_while(|plane| plane.along().cable == cable).count();
+            let (old, others) = rest.split_at(n_old);
+            rest = others;
+            if std::mem::take(&mut self.moved[cable]) {
+                let ends = self.cables[cable].0.map(|knot| to_body(&knots.position[knot]));
+                self.detect_one(cable, &ends, old, margin, planes);
+            } else {
+                planes.extend_from_slice(old);
+            }
+        }
+        before.clear();
+        self.before = before;
+    }
+
+    /// The planes of a cable with its `ends` in the body frame [m], which had `old` ones.
+    fn detect_one(
+        &mut self,
+        cable: usize,
+        ends: &[Vector3<f64>; 2],
+        old: &[ContactPlane],
+        margin: f64,
+        planes: &mut Vec<ContactPlane>,
+    ) {
+        self.found.clear();
+        self.detector.look(cable, *ends, margin, &mut self.found);
+        let first = planes.len();
+        for contact in &self.found {
+            planes.push(self.follow(self.plane(contact, ends), nearest(old, contact), ends));
+        }
+        let n_found = planes.len();
+        for old in old {
+            let found = &planes[first..n_found];
             if nearest(found, &old.record).is_none()
                 // Of what is round, and of an edge, one place of a cable is nearest.
                 && !self.is_followed(old, found)
-                && let Some(moved) = self.moved(old, knots, body)
-                && self.is_real(&moved, knots, body, margin)
+                && let Some(moved) = self.moved(old, ends)
+                && self.is_real(&moved, ends, margin)
             {
-                let mut plane = self.follow(moved, Some(old), knots, body);
-                self.slide(&mut plane, knots, body);
+                let mut plane = self.follow(moved, Some(old), ends);
+                self.slide(&mut plane, ends);
                 planes.push(plane);
             }
         }
@@ -101,13 +155,13 @@ impl CablePlanes {
 
     /// Moves the foot of a plane below its place, where the cable lies along a flat face and is still on it: as it slides over
     /// the face, it takes its places along.
-    fn slide(&self, plane: &mut ContactPlane, knots: &Knots, body: &Body) {
-        if !self.slides || !lies_along(plane, &ends(plane, |knot| knots.position[knot], body)) {
+    fn slide(&self, plane: &mut ContactPlane, ends: &[Vector3<f64>; 2]) {
+        if !self.slides || !lies_along(plane, ends) {
             return;
         }
-        let place = plane.record.at_place(&knots.position);
-        let height = plane.gap(&(place - body.position), body) + plane.radius;
-        let below = body.to_body(&place) - height * plane.normal;
+        let place = place(plane, ends);
+        let height = gap(plane, ends) + plane.radius;
+        let below = place - height * plane.normal;
         if self.solids[plane.record.part].depth(&below) > -POINT_ERROR {
             plane.foot = below;
         }
@@ -115,59 +169,60 @@ impl CablePlanes {
 
     /// Whether a plane is on a ridge of a part that one of `found`, of the same cable, is followed along.
     fn is_followed(&self, plane: &ContactPlane, found: &[ContactPlane]) -> bool {
-        let ridge = self.ridge(plane);
         let same =
-            |other: &ContactPlane| other.record.part == plane.record.part && self.ridge(other) == ridge;
-        self.slides && ridge.is_some() && found.iter().any(same)
+            |other: &ContactPlane| other.record.part == plane.record.part && other.ridge == plane.ridge;
+        self.slides && plane.ridge.is_some() && found.iter().any(same)
     }
 
-    /// The ridge that a plane follows.
-    fn ridge(&self, plane: &ContactPlane) -> Option<Ridge> {
-        self.solids[plane.record.part].ridge(&plane.normal)
-    }
-
-    /// Within a step: takes planes on round parts and on edges along to where their cables are nearest now.
-    pub fn follow_ridges(&self, planes: &mut [ContactPlane], net: &impl NetMotion, body: &Body) {
-        if !self.slides {
+    /// Within a step: takes a plane on a round part or on an edge along to where its cable is nearest now; `turn` is the attitude of `body`.
+    pub fn follow_ridge(
+        &self,
+        plane: &mut ContactPlane,
+        net: &impl NetMotion,
+        body: &Body,
+        turn: &Rotation3<f64>,
+    ) {
+        let Some(ridge) = plane.ridge.filter(|_| self.slides) else { return };
+        let in_body = |knot: usize| turn.inverse_transform_vector(&(net.position(knot) - body.position));
+        let ends = [plane.record.knot, plane.along().end].map(in_body);
+        // A force has many sub-steps, each shorter than what comes from farther away takes.
+        if self.by_force && gap(plane, &ends) > plane.radius {
             return;
         }
-        let gap = |plane: &ContactPlane| {
-            let [(a, u), (b, v)] = plane.record.bearers();
-            plane.gap(&(u * net.position(a) + v * net.position(b) - body.position), body)
-        };
-        for plane in planes {
-            // A force has many sub-steps, each shorter than what comes from farther away takes.
-            if self.by_force && gap(plane) > plane.radius {
-                continue;
-            }
-            let Some(ridge) = self.ridge(plane) else { continue };
-            let [from, to] = ends(plane, |knot| net.position(knot), body);
-            let part = &self.solids[plane.record.part];
-            let Some(nearest) = part.nearest_on(ridge, &plane.normal, &from, &to) else { continue };
-            // One that has come through the part's middle would be drawn through the rest.
-            if nearest.normal.dot(&plane.normal) > 0.0 {
-                plane.foot = nearest.foot;
-                plane.normal = nearest.normal;
-                plane.height = nearest.normal.dot(&nearest.foot) + plane.radius;
-                plane.record.along = Some(Along { share: nearest.share, ..plane.along() });
-            }
+        let lines = &self.ridges[plane.record.part];
+        let Some(line) = lines.iter().find(|line| line.ridge == ridge) else { return };
+        let Some(nearest) = line.nearest(&plane.normal, &ends[0], &ends[1]) else { return };
+        // One that has come through the part's middle would be drawn through the rest.
+        if nearest.normal.dot(&plane.normal) > 0.0 {
+            plane.foot = nearest.foot;
+            plane.normal = nearest.normal;
+            plane.height = nearest.normal.dot(&nearest.foot) + plane.radius;
+            plane.record.along = Some(Along { share: nearest.share, ..plane.along() });
         }
     }
 
-    fn plane(&self, contact: &Contact, knots: &Knots, body: &Body) -> ContactPlane {
-        let place = contact.at_place(&knots.position) - body.position;
-        let normal = body.attitude.inverse_transform_vector(&contact.normal);
+    fn plane(&self, contact: &Contact, ends: &[Vector3<f64>; 2]) -> ContactPlane {
+        let along = contact.along.unwrap_or_default();
+        let place = ends[0] + along.share * (ends[1] - ends[0]);
         let height = contact.normal.dot(&place) - contact.gap;
-        let radius = self.radius[contact.along.unwrap_or_default().cable];
-        ContactPlane::new(contact, normal, height, radius, body.to_body(&contact.point))
+        let radius = self.cables[along.cable].1;
+        let ridge = self.ridge(contact);
+        let mut plane = ContactPlane::new(contact, contact.normal, height, radius, contact.point);
+        plane.ridge = ridge;
+        plane
+    }
+
+    /// The ridge that a contact is on, in the body frame.
+    fn ridge(&self, contact: &Contact) -> Option<Ridge> {
+        self.solids[contact.part].ridge(&contact.normal)
     }
 
     /// Whether a plane is still the surface of the target near the cable: within half the `margin` of its
     /// foot, and as far from the place as the part is. A cable that slid off an edge has the part beside it,
     /// and the plane above. But one that lies straight below a face has the next face beside it where it comes out: there it
     /// counts where the cable is deepest, or it would be held at one end and at the other in turn, and sink.
-    fn is_real(&self, plane: &ContactPlane, knots: &Knots, body: &Body, margin: f64) -> bool {
-        let in_body = body.to_body(&plane.record.at_place(&knots.position));
+    fn is_real(&self, plane: &ContactPlane, ends: &[Vector3<f64>; 2], margin: f64) -> bool {
+        let in_body = place(plane, ends);
         if (in_body - plane.foot).norm() >= 0.5 * margin {
             return false;
         }
@@ -177,9 +232,9 @@ impl CablePlanes {
             -depth - plane.radius - gap < plane.radius
         };
         let below_a_face = || {
-            let [from, to] = ends(plane, |knot| knots.position[knot], body);
-            lies_along(plane, &[from, to]) && {
-                let (share, depth) = part.deepest_at(&from, &to);
+            let [from, to] = ends;
+            lies_along(plane, ends) && {
+                let (share, depth) = part.deepest_at(from, to);
                 is_so_deep(depth, &(from + share * (to - from)))
             }
         };
@@ -188,13 +243,12 @@ impl CablePlanes {
 
     /// The same plane for where the cable is nearest to its foot now, or, where it lies below a face, for the place of it there that
     /// is nearest; none where that is a knot.
-    fn moved(&self, plane: &ContactPlane, knots: &Knots, body: &Body) -> Option<ContactPlane> {
+    fn moved(&self, plane: &ContactPlane, [from, to]: &[Vector3<f64>; 2]) -> Option<ContactPlane> {
         let along = plane.along();
-        let [from, to] = ends(plane, |knot| knots.position[knot], body);
         let across = to - from;
         let share = across.dot(&(plane.foot - from)) / across.norm_squared();
         let part = &self.solids[plane.record.part];
-        let over = if self.slides { part.over_face(&plane.normal, &from, &to) } else { None };
+        let over = if self.slides { part.over_face(&plane.normal, from, to) } else { None };
         let share = over.map_or(share, |[first, last]| share.clamp(first, last));
         (0.0..=1.0).contains(&share).then(|| plane.moved_to(Along { share, ..along }))
     }
@@ -204,12 +258,11 @@ impl CablePlanes {
         &self,
         mut plane: ContactPlane,
         old: Option<&ContactPlane>,
-        knots: &Knots,
-        body: &Body,
+        ends: &[Vector3<f64>; 2],
     ) -> ContactPlane {
         if self.by_force {
-            let answered = old.map_or(0.0, |old| old.depth(knots, body, 0.0));
-            plane.initial_overlap = (plane.depth(knots, body, 0.0) - answered).max(0.0);
+            let depth = |plane: &ContactPlane| (-gap(plane, ends) - plane.initial_overlap).max(0.0);
+            plane.initial_overlap = (depth(&plane) - old.map_or(0.0, depth)).max(0.0);
         }
         plane.impulse = old.map_or(0.0, |old| old.impulse);
         plane
@@ -221,9 +274,14 @@ impl CablePlanes {
     }
 }
 
-/// The ends of the cable at a plane, where knots are at `position`, in the body frame [m].
-fn ends(plane: &ContactPlane, position: impl Fn(usize) -> Vector3<f64>, body: &Body) -> [Vector3<f64>; 2] {
-    [plane.record.knot, plane.along().end].map(|knot| body.to_body(&position(knot)))
+/// The place at a plane of a cable with its ends in the body frame [m].
+fn place(plane: &ContactPlane, [from, to]: &[Vector3<f64>; 2]) -> Vector3<f64> {
+    from + plane.along().share * (to - from)
+}
+
+/// How far that is from the plane [m].
+fn gap(plane: &ContactPlane, ends: &[Vector3<f64>; 2]) -> f64 {
+    plane.normal.dot(&place(plane, ends)) - plane.height
 }
 
 /// Whether a cable from one end to the other, in the body frame, lies along a plane.
@@ -232,23 +290,110 @@ fn lies_along(plane: &ContactPlane, [from, to]: &[Vector3<f64>; 2]) -> bool {
     plane.normal.dot(&across).abs() < ALONG * across.norm()
 }
 
-/// Those of `planes`, in the order of cables, that are of the cable of `contact`.
-fn of_cable<'a>(planes: &'a [ContactPlane], contact: &Contact) -> &'a [ContactPlane] {
-    let cable = contact.along.unwrap_or_default().cable;
-    let first = planes.partition_point(|plane| plane.along().cable < cable);
-    let n = planes[first..].partition_point(|plane| plane.along().cable == cable);
-    &planes[first..first + n]
+/// Of the `planes` of a cable that which stands nearest to a contact of it, on the same part.
+fn nearest<'a>(planes: &'a [ContactPlane], contact: &Contact) -> Option<&'a ContactPlane> {
+    let share = contact.along.unwrap_or_default().share;
+    let same = |plane: &&ContactPlane| plane.record.part == contact.part;
+    let away = |plane: &ContactPlane| (plane.along().share - share).abs();
+    let nearest = planes.iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
+    nearest.filter(|plane| away(plane) < SAME_CONTACT)
 }
 
-/// The plane that stands nearest on the same cable and part.
-fn nearest<'a>(
-    planes: impl IntoIterator<Item = &'a ContactPlane>,
-    contact: &Contact,
-) -> Option<&'a ContactPlane> {
-    let place = contact.along.unwrap_or_default();
-    let same =
-        |plane: &&ContactPlane| plane.along().cable == place.cable && plane.record.part == contact.part;
-    let away = |plane: &ContactPlane| (plane.along().share - place.share).abs();
-    let nearest = planes.into_iter().filter(same).min_by(|one, other| away(one).total_cmp(&away(other)));
-    nearest.filter(|plane| away(plane) < SAME_CONTACT)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::schedule::{Detection, DetectionSchedule};
+    use crate::limits::Limits;
+    use crate::problems::Problems;
+    use crate::target::files::Files;
+    use nalgebra::{UnitQuaternion, vector};
+    use serde_json::json;
+
+    fn net_and_target() -> (Net, Target) {
+        let mut problems = Problems::new("test");
+        let net = json!({ "meshes": [1, 1], "mesh_length_m": 0.2, "bullet_mass_kg": 0.03,
+            "cable": { "material": "nylon", "diameter_m": 0.001 } });
+        let launch = json!({ "speed_m_s": 1.8, "angle_deg": 25.0 });
+        let net = Net::build(
+            &serde_json::from_value(net).unwrap(),
+            &serde_json::from_value(launch).unwrap(),
+            &mut problems,
+        );
+        let target = json!({ "distance_m": 1.0, "mass_kg": 3.5, "shape": { "parts": [
+            { "cuboid": [0.1, 0.3, 0.1] },
+            { "cylinder": { "radius_m": 0.04, "length_m": 0.2 }, "position_m": [0.15, 0.0, 0.0] },
+            { "ball": { "radius_m": 0.05 }, "position_m": [0.0, 0.25, 0.0] },
+        ] } });
+        let limits = Limits::default();
+        let files = Files::of(None, &limits);
+        let target = Target::build(&serde_json::from_value(target).unwrap(), &files, "target", &mut problems);
+        assert_eq!(problems.list, vec![]);
+        (net.unwrap(), target.unwrap())
+    }
+
+    /// Of a net that flutters about a turning target, cables whose ends hardly moved are not looked at again, and all the same
+    /// whatever all cables looked at anew would find within reach of a step has its plane.
+    #[test]
+    fn what_may_be_touched_within_a_step_has_its_plane() {
+        const STEP: f64 = 5e-4;
+        let (net, target) = net_and_target();
+        let make = || CablePlanes::new(&net, &target, Precision::F64, false, true);
+        let (mut cables, mut anew) = (make(), make());
+        let mut schedule = DetectionSchedule::new(4e-3, target.bounding_radius, 0.15);
+        let (mut planes, mut all) = (Vec::new(), Vec::new());
+        let (mut n_within_reach, mut n_looked, mut n_steps) = (0, 0, 0);
+        let n_side = net.grid[0];
+        for step in 0..40_000 {
+            let time = f64::from(step) * STEP;
+            let body = Body {
+                attitude: UnitQuaternion::from_scaled_axis(0.7 * time * vector![0.2, 1.0, 0.4].normalize()),
+                rate: 0.7 * vector![0.2, 1.0, 0.4].normalize(),
+                ..Body::at_rest()
+            };
+            // A sheet that sways through the target's surface, each knot in its own time.
+            let of_knot = |knot: usize| {
+                let [i, j] = [knot / n_side, knot % n_side].map(|n| n as f64 - 0.5 * (n_side - 1) as f64);
+                let (pace, phase) = (1.5 + 0.2 * (knot % 7) as f64, knot as f64);
+                let at = vector![0.1 + 0.08 * (pace * time + phase).sin(), 0.2 * i, 0.2 * j];
+                (at, vector![0.08 * pace * (pace * time + phase).cos(), 0.0, 0.0])
+            };
+            let (position, velocity) = (0..net.n_knots()).map(of_knot).unzip();
+            let knots = Knots { position, velocity };
+            match schedule.update(&knots, &body, STEP) {
+                Detection::Separated => planes.clear(),
+                Detection::Cached => {}
+                Detection::Stale(margin) => {
+                    let renewed = schedule.renew(&knots, &body, margin, |knot| cables.reach(&knots, knot));
+                    n_looked += renewed.len();
+                    cables.detect(renewed, &knots, &body, margin, &mut planes);
+                    for (knot, _) in planes.iter().flat_map(|plane| plane.record.bearers()) {
+                        schedule.found_cable(knot);
+                    }
+                }
+            }
+            n_steps += 1;
+            let everywhere: Vec<_> = (0..net.n_knots()).map(|knot| (knot, Vector3::zeros())).collect();
+            all.clear();
+            anew.detect(&everywhere, &knots, &body, 4e-3, &mut all);
+            for plane in &all {
+                let ends =
+                    [plane.record.knot, plane.along().end].map(|knot| body.to_body(&knots.position[knot]));
+                // What is inside has no nearest place that moves as it does.
+                let is_outside =
+                    target.parts.iter().all(|part| part.deepest_between(&ends[0], &ends[1]) < 0.0);
+                // At a knot it is the knot's business.
+                let is_between = (1e-3..0.999).contains(&plane.along().share);
+                if is_outside && is_between && gap(plane, &ends) < schedule.thrown() {
+                    n_within_reach += 1;
+                    let known = planes.iter().any(|known: &ContactPlane| {
+                        known.along().cable == plane.along().cable && known.record.part == plane.record.part
+                    });
+                    assert!(known, "step {step}, cable {}", plane.along().cable);
+                }
+            }
+        }
+        assert!(n_within_reach > 100, "{n_within_reach}");
+        let share = n_looked as f64 / (n_steps * net.n_knots()) as f64;
+        assert!(share < 0.3, "{share} of the knots are looked at in a step");
+    }
 }

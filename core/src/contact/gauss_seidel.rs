@@ -26,7 +26,7 @@
 use nalgebra::Vector3;
 
 use super::InverseInertia;
-use super::row::{ContactRow, NetMotion};
+use super::row::{ContactRow, JacobianWeights, NetMotion};
 use crate::friction::Law;
 use crate::state::Body;
 
@@ -90,6 +90,63 @@ pub struct Rubbing<'a> {
     pub n_rows: usize,
 }
 
+/// What passes need of a row: its column of M⁻¹ Gᵀ is made once.
+struct PassedRow {
+    weights: JacobianWeights,
+    normal: Vector3<f64>,
+    /// r × n, and what the target turns by for a unit impulse, where it is touched [m, 1/(kg m)].
+    lever: Option<[Vector3<f64>; 2]>,
+    wanted_speed: f64,
+    softness: f64,
+    /// Its own entry of G M⁻¹ Gᵀ, with the softness, and one over it [1/kg, kg].
+    diagonal: [f64; 2],
+    impulse: f64,
+    /// Passes in which it had enough, one after another: such a row rests but for every so many passes, and the last.
+    quiet: u8,
+}
+
+impl PassedRow {
+    fn of(row: &ContactRow, target: &InverseInertia) -> PassedRow {
+        let lever = row.arm.map(|arm| {
+            let moment = arm.cross(&row.normal);
+            [moment, target.inverse_inertia * moment]
+        });
+        let of_target = lever.map_or(0.0, |[moment, turned]| target.inverse_mass + moment.dot(&turned));
+        let diagonal = row.softness + row.inverse_mass + of_target;
+        PassedRow {
+            weights: row.weights,
+            normal: row.normal,
+            lever,
+            wanted_speed: row.wanted_speed,
+            softness: row.softness,
+            diagonal: [diagonal, 1.0 / diagonal],
+            impulse: row.impulse,
+            quiet: 0,
+        }
+    }
+
+    /// Speed of parting now [m/s].
+    #[inline(always)]
+    fn speed(&self, net: &impl NetMotion, body: &Body) -> f64 {
+        let of_net = self.weights.sum(|knot| net.velocity(knot));
+        match &self.lever {
+            Some([moment, _]) => self.normal.dot(&(of_net - body.velocity)) - moment.dot(&body.rate),
+            None => self.normal.dot(&of_net),
+        }
+    }
+
+    /// Gives the net an impulse along the normal [N s], and takes it from the other side.
+    #[inline(always)]
+    fn push(&self, impulse: f64, net: &mut impl NetMotion, body: &mut Body, target: &InverseInertia) {
+        let along = impulse * self.normal;
+        self.weights.each(|knot, weight| net.push(knot, &along, weight));
+        if let Some([_, turned]) = &self.lever {
+            body.velocity -= target.inverse_mass * along;
+            body.rate -= impulse * turned;
+        }
+    }
+}
+
 /// Solves for the impulses of `rows`, which begin with what they hold, and applies them to `net` and `body`;
 /// returns the number of passes.
 pub fn solve(
@@ -101,51 +158,46 @@ pub fn solve(
     limits: IterationLimits,
 ) -> usize {
     let (law, n_rubbing) = rubbing.map_or((None, 0), |rubbing| (Some(rubbing.law), rubbing.n_rows));
-    let mut wanted = 0.0_f64;
-    for row in rows.iter() {
-        wanted = wanted.max(row.wanted_speed - row.normal.dot(&row.velocity_now(net, body)));
-    }
-    for row in rows.iter() {
-        row.apply(&(row.impulse * row.normal), net, body, target);
-    }
-    let diagonal: Vec<f64> =
-        rows.iter().map(|row| row.softness + row.inverse_mass_along(&row.normal, target)).collect();
+    let mut passed: Vec<PassedRow> = rows.iter().map(|row| PassedRow::of(row, target)).collect();
+    let wanted = passed.iter().map(|row| row.wanted_speed - row.speed(net, body)).fold(0.0, f64::max);
+    passed.iter().filter(|row| row.impulse != 0.0).for_each(|row| row.push(row.impulse, net, body, target));
     let enough = limits.tolerance * wanted;
-    // Passes in which each row had enough, one after another: such a row rests but for every so many passes, and the last.
-    let mut quiet = vec![0_u8; if limits.rests { rows.len() } else { 0 }];
     let (mut passes, mut is_whole) = (0, true);
     while passes < limits.passes {
         passes += 1;
         is_whole |= passes % REST == 0;
         let mut largest = 0.0_f64;
-        for (index, (row, diagonal)) in rows.iter_mut().zip(&diagonal).enumerate() {
-            if !is_whole && quiet[index] >= 2 {
+        for (index, row) in passed.iter_mut().enumerate() {
+            if !is_whole && row.quiet >= 2 {
                 continue;
             }
-            let speed = row.normal.dot(&row.velocity_now(net, body));
-            let short = row.wanted_speed - speed - row.softness * row.impulse;
-            let impulse = (row.impulse + short / diagonal).max(0.0);
+            let short = row.wanted_speed - row.speed(net, body) - row.softness * row.impulse;
+            let impulse = (row.impulse + short * row.diagonal[1]).max(0.0);
             let change = impulse - row.impulse;
+            let changed = change.abs() * row.diagonal[0];
             if change != 0.0 {
                 row.impulse = impulse;
-                row.apply(&(change * row.normal), net, body, target);
-                largest = largest.max(change.abs() * diagonal);
+                row.push(change, net, body, target);
+                largest = largest.max(changed);
             }
-            if let Some(quiet) = quiet.get_mut(index) {
-                *quiet = if change.abs() * diagonal <= enough { quiet.saturating_add(1) } else { 0 };
+            if limits.rests {
+                row.quiet = if changed <= enough { row.quiet.saturating_add(1) } else { 0 };
             }
             if let Some(law) = law
                 && index < n_rubbing
-                && !row.bounces
+                && !rows[index].bounces
             {
-                let change = rub_one(law, row, net, body, target);
-                largest = largest.max(change);
+                rows[index].impulse = row.impulse;
+                largest = largest.max(rub_one(law, &mut rows[index], net, body, target));
             }
         }
         if largest <= enough && is_whole {
             break;
         }
         is_whole = !limits.rests || largest <= enough;
+    }
+    for (row, passed) in rows.iter_mut().zip(&passed) {
+        row.impulse = passed.impulse;
     }
     if let Some(law) = law {
         for row in rows[..n_rubbing].iter_mut().filter(|row| row.bounces) {
@@ -209,7 +261,7 @@ fn rub_one(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::row::{JacobianWeights, MarkedKnots, OfParting, Parting, PushOut};
+    use crate::contact::row::{MarkedKnots, OfParting, Parting, PushOut};
     use crate::state::Knots;
     use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
     use rand::{RngExt, SeedableRng};

@@ -210,6 +210,15 @@ impl ContactManager {
         own.into_iter().flatten()
     }
 
+    /// Knots that a solver of ours may answer within the step.
+    pub fn bearers(&self) -> impl Iterator<Item = usize> {
+        let own = match self {
+            ContactManager::Own(own) => Some(own.bearers()),
+            _ => None,
+        };
+        own.into_iter().flatten()
+    }
+
     /// Times a solver of ours had the engine look for contacts; none where the engine looks itself.
     pub fn n_detections(&self) -> Option<u64> {
         match self {

@@ -8,6 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::row::{ContactRow, JacobianWeights, NetMotion, Parting};
 use super::work::ContactWork;
 use crate::state::{Along, Body, Contact, Knots};
+use crate::target::curved::Ridge;
 
 /// A piece of the target's surface near a knot or a cable, in the body frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub struct ContactPlane {
     pub radius: f64,
     /// Where the target is touched, from its centre of mass [m]; of cables only.
     pub foot: Vector3<f64>,
+    /// What of a part it is on, where a cable is followed along it.
+    pub ridge: Option<Ridge>,
     /// Impulse within the last sub-step [N s].
     pub impulse: f64,
     /// Overlap that it was found with and that no force answers, on its way to zero [m].
@@ -95,6 +98,7 @@ impl ContactPlane {
             height,
             radius,
             foot,
+            ridge: None,
             impulse: 0.0,
             initial_overlap: 0.0,
             fastest: 0.0,
@@ -140,6 +144,40 @@ impl ContactPlane {
         let velocity = self.record.at_place(&knots.velocity) - body.velocity - body.rate.cross(&place);
         let gap = self.gap(&place, body) - earlier * (body.attitude * self.normal).dot(&velocity);
         (-gap - self.initial_overlap).max(0.0)
+    }
+
+    /// At the start of a step: whether its knot, or all of its cable, is farther before it than a `reach` [m]; `turn` is the attitude of `body`.
+    #[inline]
+    pub fn is_beyond(&mut self, reach: f64, knots: &Knots, body: &Body, turn: &Rotation3<f64>) -> bool {
+        let normal = turn * self.normal;
+        let gap = |knot: usize| normal.dot(&(knots.position[knot] - body.position)) - self.height;
+        let [(knot, share), (end, of_end)] = self.record.bearers();
+        let gaps = [gap(knot), gap(end)];
+        let is_beyond = gaps.iter().all(|gap| *gap > reach);
+        if is_beyond {
+            self.record.gap = share * gaps[0] + of_end * gaps[1];
+            (self.impulse, self.fastest) = (0.0, 0.0);
+        }
+        is_beyond
+    }
+
+    /// Whether all of its cable stays before it within a (sub-)step of `step` seconds: then no plane of the same part is crossed there.
+    #[inline]
+    pub fn is_clear(&mut self, net: &impl NetMotion, body: &Body, turn: &Rotation3<f64>, step: f64) -> bool {
+        let normal = turn * self.normal;
+        let mut at_place = 0.0;
+        for (knot, share) in self.record.bearers() {
+            let arm = net.position(knot) - body.position;
+            let gap = normal.dot(&arm) - self.height;
+            let speed = normal.dot(&(net.velocity(knot) - body.velocity - body.rate.cross(&arm)));
+            if gap < 0.0 || gap + step * speed < 0.0 {
+                return false;
+            }
+            at_place += share * gap;
+        }
+        self.record.gap = self.record.gap.min(at_place);
+        (self.impulse, self.fastest) = (0.0, 0.0);
+        true
     }
 
     /// The place before it in a (sub-)step of `step` seconds, where it might be crossed within it; `turn` is the

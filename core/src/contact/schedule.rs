@@ -10,14 +10,13 @@ use nalgebra::Vector3;
 
 use crate::state::{Body, Knots};
 
-/// A detection looks again at every knot that has used up this share of its way, so that fewer follow.
-const RENEW: f64 = 0.25;
-
 /// How far knots have moved since the last detection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DetectionSchedule {
     margin: f64,
     bounding_radius: f64,
+    /// A detection looks again at every knot that has used up this share of its way, so that fewer follow.
+    renews: f64,
     /// How far a knot may come within the step [m].
     thrown: f64,
     /// Every knot; none before the first detection, and while net and target are apart.
@@ -59,12 +58,20 @@ pub enum Detection {
 }
 
 impl DetectionSchedule {
-    /// For detections that see as far as `margin` [m], around a target of `bounding_radius` [m].
-    pub fn new(margin: f64, bounding_radius: f64) -> DetectionSchedule {
-        DetectionSchedule { margin, bounding_radius, thrown: 0.0, seen: Vec::new(), renewed: Vec::new() }
+    /// For detections that see as far as `margin` [m], around a target of `bounding_radius` [m], and look again at every knot that has
+    /// used up the share `renews` of its way.
+    pub fn new(margin: f64, bounding_radius: f64, renews: f64) -> DetectionSchedule {
+        DetectionSchedule {
+            margin,
+            bounding_radius,
+            renews,
+            thrown: 0.0,
+            seen: Vec::new(),
+            renewed: Vec::new(),
+        }
     }
 
-    /// Before a step of `step` seconds. After `Stale` a detection has to follow, with `renew` or `found_cables`.
+    /// Before a step of `step` seconds. After `Stale` a detection has to follow, with `renew`.
     pub fn update(&mut self, knots: &Knots, body: &Body, step: f64) -> Detection {
         let speed_squared =
             |(x, v): (&Vector3<f64>, &Vector3<f64>)| (v - body.velocity_at(*x)).norm_squared();
@@ -85,6 +92,11 @@ impl DetectionSchedule {
         Detection::Cached
     }
 
+    /// How far a knot may come within the step, as seen from the target [m].
+    pub fn thrown(&self) -> f64 {
+        self.thrown
+    }
+
     /// Whether a knot has used up more than a `share` of the way that it may move before the next detection, at `at` in the
     /// body frame.
     fn has_used(&self, share: f64, seen: &Seen, at: &Vector3<f64>) -> bool {
@@ -102,18 +114,24 @@ impl DetectionSchedule {
     }
 
     /// For a detection as far as `margin` [m]: the knots that have to be looked at again, and where they are
-    /// in the body frame. What was found of others stands.
-    pub fn renew(&mut self, knots: &Knots, body: &Body, margin: f64) -> &[(usize, Vector3<f64>)] {
+    /// in the body frame. What was found of others stands. What is at a knot is within its `reach` [m].
+    pub fn renew(
+        &mut self,
+        knots: &Knots,
+        body: &Body,
+        margin: f64,
+        reach: impl Fn(usize) -> f64,
+    ) -> &[(usize, Vector3<f64>)] {
         self.renewed.clear();
         let (is_first, to_body) = (self.seen.is_empty(), body.all_to_body());
         for (knot, position) in knots.position.iter().enumerate() {
             let at = to_body(position);
             // One that is far away may move by more.
-            let clear = margin.max(at.norm() - self.bounding_radius);
+            let clear = margin.max(at.norm() - self.bounding_radius - reach(knot));
             let fresh = Seen { at, clear, found: Found::Nothing };
             if is_first {
                 self.seen.push(fresh);
-            } else if self.has_used(RENEW, &self.seen[knot], &at) {
+            } else if self.has_used(self.renews, &self.seen[knot], &at) {
                 self.seen[knot] = fresh;
             } else {
                 continue;
@@ -137,12 +155,9 @@ impl DetectionSchedule {
         *found = if *found == Found::Nothing { Found::Plane(normal) } else { Found::Several };
     }
 
-    /// Hears that a detection found all cables near the target.
-    pub fn found_cables(&mut self, knots: &Knots, body: &Body) {
-        self.seen.clear();
-        let to_body = body.all_to_body();
-        let seen = |position| Seen { at: to_body(position), clear: f64::INFINITY, found: Found::Several };
-        self.seen.extend(knots.position.iter().map(seen));
+    /// Hears that the detection found a cable at a knot to be near the target.
+    pub fn found_cable(&mut self, knot: usize) {
+        self.seen[knot].found = Found::Several;
     }
 }
 
@@ -174,7 +189,7 @@ mod tests {
             let time = f64::from(step) * STEP;
             let (knots, body) = (knot(time), wheel(rate, time));
             if let Detection::Stale(margin) = schedule.update(&knots, &body, STEP) {
-                schedule.renew(&knots, &body, margin);
+                schedule.renew(&knots, &body, margin, |_| 0.0);
                 schedule.found(0, Vector3::x());
                 n += 1;
             }
@@ -189,30 +204,34 @@ mod tests {
             let at = wheel(rate, time).attitude * Vector3::x();
             one_knot(at, wheel(rate, time).rate.cross(&at))
         };
-        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0), turning, rate), 1);
+        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0, 0.25), turning, rate), 1);
     }
 
     #[test]
     fn one_that_slides_is_looked_for_every_half_margin_and_one_that_sinks_every_margin() {
         let sliding = |time: f64| one_knot(vector![1.0, 0.101 * time, 0.0], vector![0.0, 0.101, 0.0]);
         // 0.101 m in steps of 0.1 mm, with a detection after every 5 mm: 50 steps.
-        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0), sliding, 0.0), 20);
+        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0, 0.25), sliding, 0.0), 20);
         let sinking = |time: f64| one_knot(vector![1.0 - 0.101 * time, 0.0, 0.0], vector![-0.101, 0.0, 0.0]);
-        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0), sinking, 0.0), 10, "its plane stays");
+        assert_eq!(
+            detections(&mut DetectionSchedule::new(0.01, 1.0, 0.25), sinking, 0.0),
+            10,
+            "its plane stays"
+        );
     }
 
     /// Whatever its speed, a knot from afar is seen before it touches, and in few detections.
     #[test]
     fn one_that_comes_from_afar_is_seen_before_it_touches() {
         for speed in [0.01, 1.0, 30.0, 3e3] {
-            let mut schedule = DetectionSchedule::new(0.01, 1.0);
+            let mut schedule = DetectionSchedule::new(0.01, 1.0, 0.25);
             let (mut x, mut n, mut found) = (5.0, 0, false);
             while x > 1.0 {
                 let (knots, body) =
                     (one_knot(vector![x, 0.0, 0.0], vector![-speed, 0.0, 0.0]), wheel(0.0, 0.0));
                 if let Detection::Stale(margin) = schedule.update(&knots, &body, STEP) {
                     found = x - 1.0 <= margin;
-                    schedule.renew(&knots, &body, margin);
+                    schedule.renew(&knots, &body, margin, |_| 0.0);
                     if found {
                         schedule.found(0, Vector3::x());
                     }
@@ -232,9 +251,9 @@ mod tests {
             position: vec![vector![1.02, 0.0, 0.0], vector![9.0, 0.0, 0.0]],
             velocity: vec![Vector3::zeros(), vector![speed, 0.0, 0.0]],
         };
-        let (mut schedule, body) = (DetectionSchedule::new(0.01, 1.0), wheel(0.0, 0.0));
+        let (mut schedule, body) = (DetectionSchedule::new(0.01, 1.0, 0.25), wheel(0.0, 0.0));
         assert!(matches!(schedule.update(&two(6.0), &body, STEP), Detection::Stale(_)));
-        schedule.renew(&two(6.0), &body, 0.022);
+        schedule.renew(&two(6.0), &body, 0.022, |_| 0.0);
         assert_eq!(schedule.update(&two(6.0), &body, STEP), Detection::Cached);
         assert!(matches!(schedule.update(&two(20.0), &body, STEP), Detection::Stale(_)));
     }

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::parts::{ConvexPart, deepest, least};
+use super::parts::{Primitive, deepest, least};
 
 /// Directions across the line that are tried first. A part of two thousand faces has more; from the best of these one the
 /// nearest minimum is found.
@@ -25,13 +25,13 @@ pub struct Crossing {
     pub share: f64,
 }
 
-impl ConvexPart {
-    /// The shortest way out, across it, of the line between two points of the body frame; `None` where it does not come
+impl Primitive {
+    /// The shortest way out, across it, of the line between two points of its frame; `None` where it does not come
     /// deeper inside than `depth` [m] or ends there.
     pub fn crossing(&self, from: &Vector3<f64>, to: &Vector3<f64>, depth: f64) -> Option<Crossing> {
         let along = to - from;
         let ends_inside = [from, to].into_iter().any(|end| self.depth(end) >= 0.0);
-        if ends_inside || self.deepest_between(from, to) <= depth {
+        if ends_inside || self.deepest_at(from, to).1 <= depth {
             return None;
         }
         let across = along.cross(&Vector3::ith(along.iamin(), 1.0)).try_normalize(0.0)?;
@@ -56,24 +56,19 @@ impl ConvexPart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::target::parts::Primitive;
-    use nalgebra::{Isometry3, vector};
+    use nalgebra::vector;
 
-    fn panel() -> ConvexPart {
-        let pose = Isometry3::new(vector![0.0, 0.65, 0.0], vector![0.3, 0.0, 0.0]);
-        ConvexPart { name: None, primitive: Primitive::Cuboid { half: [0.15, 0.4, 0.01] }, pose, mass: 1.0 }
+    fn panel() -> Primitive {
+        Primitive::Cuboid { half: [0.15, 0.4, 0.01] }
     }
 
     /// Straight through a panel, 3 cm from its edge: the engine's way is along the face, 2 cm and the lesser end.
     #[test]
     fn through_a_panel_the_way_is_over_the_nearest_edge() {
-        let part = panel();
-        let [from, to] =
-            [vector![0.12, 0.1, 0.015], vector![0.12, 0.1, -0.2]].map(|point| part.to_body(&point));
-        let found = part.crossing(&from, &to, 1e-6).unwrap();
-        let expected = part.to_body(&vector![1.0, 0.0, 0.0]) - part.to_body(&Vector3::zeros());
+        let [from, to] = [vector![0.12, 0.1, 0.015], vector![0.12, 0.1, -0.2]];
+        let found = panel().crossing(&from, &to, 1e-6).unwrap();
         assert!((found.depth - 0.03).abs() < 1e-9, "{found:?}");
-        assert!((found.normal - expected).norm() < 1e-6, "{found:?}");
+        assert!((found.normal - Vector3::x()).norm() < 1e-6, "{found:?}");
         let height = 0.015 - found.share * 0.215;
         assert!(height.abs() < 0.01 + 1e-6, "{height}");
     }
@@ -81,14 +76,12 @@ mod tests {
     /// Aslant across an edge it is perpendicular to both.
     #[test]
     fn across_an_edge_the_way_is_square_to_both() {
-        let part = panel();
         // Over the corner of x and z, 5 mm below it, half along y.
         let [from, to] = [vector![0.05, 0.05, 0.105], vector![0.245, -0.05, -0.095]];
-        let turned = [from, to].map(|point| part.to_body(&point));
-        let found = part.crossing(&turned[0], &turned[1], 1e-6).unwrap();
+        let found = panel().crossing(&from, &to, 1e-6).unwrap();
         let edge = Vector3::y();
         let expected = edge.cross(&(to - from)).normalize();
-        let local = part.pose.rotation.inverse_transform_vector(&found.normal);
+        let local = found.normal;
         assert!(local.dot(&expected).abs() > 1.0 - 1e-9 && local.x > 0.0, "{local} {expected}");
         // Moved by that it touches the edge, at that place.
         let place = from + found.share * (to - from) + found.depth * local;
@@ -97,9 +90,8 @@ mod tests {
 
     #[test]
     fn what_ends_inside_or_passes_by_has_none() {
-        let part = panel();
-        let to = part.to_body(&vector![0.12, 0.1, -0.2]);
-        assert!(part.crossing(&part.to_body(&vector![0.12, 0.1, 0.005]), &to, 0.0).is_none());
-        assert!(part.crossing(&part.to_body(&vector![0.2, 0.1, 0.1]), &to, 0.0).is_none());
+        let to = vector![0.12, 0.1, -0.2];
+        assert!(panel().crossing(&vector![0.12, 0.1, 0.005], &to, 0.0).is_none());
+        assert!(panel().crossing(&vector![0.2, 0.1, 0.1], &to, 0.0).is_none());
     }
 }

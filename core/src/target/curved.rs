@@ -40,12 +40,21 @@ pub struct NearestOnRidge {
     pub normal: Vector3<f64>,
 }
 
-/// A straight line that is round to a radius: where it begins and its direction, half its length and the radius [m].
-struct Core {
+/// A ridge as a straight line that is round to a radius: places in the body frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RidgeLine {
+    /// Which one of its part.
+    pub ridge: Ridge,
+    /// Its middle and its direction.
     centre: Vector3<f64>,
     axis: Vector3<f64>,
+    /// Half its length, and the radius that it is round to; 0: the edge of a box [m].
     half_length: f64,
     radius: f64,
+    /// Whether its ends are rounded off.
+    is_rounded: bool,
+    /// Normals of the faces of an edge.
+    faces: [Vector3<f64>; 2],
 }
 
 impl ConvexPart {
@@ -66,25 +75,45 @@ impl ConvexPart {
         }
     }
 
-    /// The line that a ridge is round.
-    fn core(&self, ridge: Ridge) -> Option<Core> {
+    /// All its ridges.
+    pub fn ridge_lines(&self) -> Vec<RidgeLine> {
         let (centre, turn) = (self.pose.translation.vector, self.pose.rotation);
-        let axis = turn * Vector3::y();
-        match (&self.primitive, ridge) {
-            (&Primitive::Ball { radius }, Ridge::Round) => {
-                Some(Core { centre, axis, half_length: 0.0, radius })
+        let round = |radius: f64, half_length: f64, is_rounded: bool| RidgeLine {
+            ridge: Ridge::Round,
+            centre,
+            axis: turn * Vector3::y(),
+            half_length,
+            radius,
+            is_rounded,
+            faces: [Vector3::zeros(); 2],
+        };
+        match self.primitive {
+            Primitive::Ball { radius } => vec![round(radius, 0.0, true)],
+            Primitive::Cylinder { radius, half_length } => vec![round(radius, half_length, false)],
+            Primitive::Capsule { radius, half_length } => vec![round(radius, half_length, true)],
+            Primitive::Cuboid { half } => {
+                let signs = |edge: usize| {
+                    [1, -1].into_iter().flat_map(move |one| [[edge as i8, one, 1], [edge as i8, one, -1]])
+                };
+                let edge = |[along, one, other]: [i8; 3]| {
+                    let along = along as usize;
+                    let sides = [((along + 1) % 3, one), ((along + 2) % 3, other)];
+                    let mut ends = [0; 3];
+                    sides.iter().for_each(|&(side, sign)| ends[side] = sign);
+                    let middle = Vector3::from_fn(|side, _| f64::from(ends[side]) * half[side]);
+                    RidgeLine {
+                        ridge: Ridge::Edge(ends),
+                        centre: centre + turn * middle,
+                        axis: turn * Vector3::ith(along, 1.0),
+                        half_length: half[along],
+                        radius: 0.0,
+                        is_rounded: false,
+                        faces: sides.map(|(side, sign)| turn * Vector3::ith(side, f64::from(sign))),
+                    }
+                };
+                (0..3).flat_map(signs).map(edge).collect()
             }
-            (
-                &(Primitive::Cylinder { radius, half_length } | Primitive::Capsule { radius, half_length }),
-                Ridge::Round,
-            ) => Some(Core { centre, axis, half_length, radius }),
-            (Primitive::Cuboid { half }, Ridge::Edge(ends)) => {
-                let along = ends.iter().position(|end| *end == 0)?;
-                let middle = Vector3::from_fn(|side, _| f64::from(ends[side]) * half[side]);
-                let axis = turn * Vector3::ith(along, 1.0);
-                Some(Core { centre: centre + turn * middle, axis, half_length: half[along], radius: 0.0 })
-            }
-            _ => None,
+            Primitive::Convex { .. } => Vec::new(),
         }
     }
 
@@ -114,41 +143,38 @@ impl ConvexPart {
         }
         (first <= last).then_some([first, last])
     }
+}
 
-    /// The nearest places of a `ridge` of it, touched with about this `normal`, and a straight cable from one end to the
-    /// other; none where an end of either is nearest.
-    pub fn nearest_on(
+impl RidgeLine {
+    /// The nearest places of it, touched with about this `normal`, and a straight cable from one end to the other; none where an end of
+    /// either is nearest.
+    pub fn nearest(
         &self,
-        ridge: Ridge,
         normal: &Vector3<f64>,
         from: &Vector3<f64>,
         to: &Vector3<f64>,
     ) -> Option<NearestOnRidge> {
-        let (core, way) = (self.core(ridge)?, to - from);
-        let is_rounded = matches!(self.primitive, Primitive::Ball { .. } | Primitive::Capsule { .. });
-        let (share, centre) = core.nearest(from, &way, is_rounded)?;
-        let radius = core.radius;
-        let outwards = if radius > 0.0 {
-            (from + share * way - centre).try_normalize(1e-3 * radius)?
+        let way = to - from;
+        let (share, centre) = self.nearest_to(from, &way)?;
+        let outwards = if self.radius > 0.0 {
+            (from + share * way - centre).try_normalize(1e-3 * self.radius)?
         } else {
             // A cable that is pressed in by its radius has no distance to tell the direction.
-            let across = core.axis.cross(&way).normalize();
+            let across = self.axis.cross(&way).normalize();
             if across.dot(normal) > 0.0 { across } else { -across }
         };
-        let stays = radius > 0.0 || self.ridge(&outwards) == Some(ridge);
+        let stays = self.radius > 0.0 || self.faces.iter().all(|face| face.dot(&outwards) > OF_EDGE);
         ((0.0..=1.0).contains(&share) && stays).then(|| NearestOnRidge {
             share,
-            foot: centre + radius * outwards,
+            foot: centre + self.radius * outwards,
             normal: outwards,
         })
     }
-}
 
-impl Core {
-    /// The share of its `way` at which a cable from `from` is nearest, and the place of the core; none beyond its ends, unless
-    /// they are `rounded` off.
-    fn nearest(&self, from: &Vector3<f64>, way: &Vector3<f64>, rounded: bool) -> Option<(f64, Vector3<f64>)> {
-        let Core { centre, axis, half_length, .. } = self;
+    /// The share of its `way` at which a cable from `from` is nearest, and the place of the line; none beyond its ends, unless
+    /// they are rounded off.
+    fn nearest_to(&self, from: &Vector3<f64>, way: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+        let RidgeLine { centre, axis, half_length, .. } = self;
         let to_point = |point: Vector3<f64>| ((point - from).dot(way) / way.norm_squared(), point);
         if *half_length == 0.0 {
             return Some(to_point(*centre));
@@ -163,7 +189,7 @@ impl Core {
         if height.abs() <= *half_length {
             Some(((along * on_axis - on_way) / across, centre + height * axis))
         } else {
-            rounded.then(|| to_point(centre + height.signum() * half_length * axis))
+            self.is_rounded.then(|| to_point(centre + height.signum() * half_length * axis))
         }
     }
 }
@@ -195,7 +221,7 @@ mod tests {
                 let ends = [aside - 0.2 * along, aside + 0.25 * along]
                     .map(|place| part.pose * nalgebra::Point3::from(place));
                 let [from, to] = ends.map(|point| point.coords);
-                let Some(nearest) = part.nearest_on(Ridge::Round, &Vector3::zeros(), &from, &to) else {
+                let Some(nearest) = part.ridge_lines()[0].nearest(&Vector3::zeros(), &from, &to) else {
                     continue;
                 };
                 let place = from + nearest.share * (to - from);
@@ -229,10 +255,14 @@ mod tests {
             let along = vector![1.0, 0.5 * angle.cos(), -1.0 - 0.3 * angle.sin()];
             let ends = [crossing - 0.1 * along, crossing + 0.2 * along].map(world);
             let about = part.pose.rotation * vector![0.6, 0.0, 0.8];
-            assert_eq!(part.ridge(&about), Some(Ridge::Edge([1, 0, 1])));
-            let Some(nearest) = part.nearest_on(Ridge::Edge([1, 0, 1]), &about, &ends[0], &ends[1]) else {
+            let ridge = part.ridge(&about);
+            assert_eq!(ridge, Some(Ridge::Edge([1, 0, 1])));
+            let lines = part.ridge_lines();
+            let line = lines.iter().find(|line| Some(line.ridge) == ridge).unwrap();
+            let Some(nearest) = line.nearest(&about, &ends[0], &ends[1]) else {
                 continue;
             };
+            assert_eq!(part.ridge(&nearest.normal), ridge);
             found += 1;
             assert!(part.depth(&nearest.foot).abs() < 1e-12);
             let place = ends[0] + nearest.share * (ends[1] - ends[0]);

@@ -207,6 +207,13 @@ impl Primitive {
         }
     }
 
+    /// At which share of the way from one point to another it is deepest inside, and how deep [m].
+    pub fn deepest_at(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
+        let depth = |share: f64| self.depth(&(from + share * (to - from)));
+        let share = deepest(depth);
+        (share, depth(share))
+    }
+
     /// Whether `point` is surely farther than `distance` outside [m]: at once where one face says so.
     pub fn is_farther(&self, point: &Vector3<f64>, distance: f64) -> bool {
         match self {
@@ -292,10 +299,7 @@ impl ConvexPart {
 
     /// At which share of the way from one point of the body frame to another it is deepest inside, and how deep [m].
     pub fn deepest_at(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
-        let [from, to] = [from, to].map(|point| self.to_part(point));
-        let depth = |share: f64| self.primitive.depth(&(from + share * (to - from)));
-        let share = deepest(depth);
-        (share, depth(share))
+        self.primitive.deepest_at(&self.to_part(from), &self.to_part(to))
     }
 
     /// Whether a point of the body frame is surely farther than `distance` outside [m].
@@ -335,11 +339,13 @@ impl ConvexPart {
         (self.to_body(&Vector3::zeros()), self.primitive.reach_from(&Vector3::zeros()))
     }
 
-    pub(super) fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
+    /// A point of its own frame in the body frame [m].
+    pub fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.pose.transform_point(&(*point).into()).coords
     }
 
-    pub(super) fn to_part(&self, point: &Vector3<f64>) -> Vector3<f64> {
+    /// A point of the body frame in its own [m].
+    pub fn to_part(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.pose.inverse_transform_point(&(*point).into()).coords
     }
 }

@@ -1,21 +1,17 @@
 //! Contacts from the narrow phase, without dynamics; see [`crate::world::Detector`].
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 
-use super::convert::{engines, engines_pose, engines_pose_of, number, ours, real};
+use super::convert::{engines, engines_pose, number, ours, real};
 use super::rapier::geometry::{Aabb, Ball, SharedShape};
 use super::rapier::math::{Pose, Vector};
 use super::rapier::parry::bounding_volume::BoundingVolume;
 use super::rapier::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
-use super::rapier::prelude::{
-    ActiveCollisionTypes, BroadPhaseBvh, Collider, ColliderBuilder, ColliderHandle, ColliderSet,
-    CollisionPipeline, Group, IslandManager, NarrowPhase, RigidBodySet,
-};
-use super::{PARTS, contact_collider, shapes};
+use super::shapes;
 use crate::net::Net;
-use crate::state::{Body, Contact};
+use crate::state::Contact;
 use crate::target::Target;
-use crate::world::Setup;
+use crate::target::parts::ConvexPart;
 
 /// Balls of the knots and solids of the parts in the body frame, asked for contacts.
 ///
@@ -31,27 +27,30 @@ pub struct Detector {
     manifolds: Vec<ContactManifold<(), ()>>,
 }
 
-/// A part in the body frame.
-struct PlacedPart {
-    shape: SharedShape,
-    pose: Pose,
+/// A part in the body frame, as the engine has it.
+pub struct PlacedPart {
+    pub shape: SharedShape,
+    pub pose: Pose,
     /// Its box, in its own frame.
-    bounds: Aabb,
+    pub bounds: Aabb,
     /// Centre of that box in the body frame.
-    centre: Vector,
+    pub centre: Vector,
+}
+
+impl PlacedPart {
+    pub fn new(part: &ConvexPart) -> PlacedPart {
+        let (shape, pose) = (shapes::shape(part), engines_pose(&part.pose));
+        let bounds = shape.compute_local_aabb();
+        PlacedPart { centre: pose * bounds.center(), pose, bounds, shape }
+    }
 }
 
 impl Detector {
     /// Finds contacts of `net` with `target`.
     pub fn new(net: &Net, target: &Target) -> Detector {
-        let placed = |part| {
-            let (shape, pose) = (shapes::shape(part), engines_pose(&part.pose));
-            let bounds = shape.compute_local_aabb();
-            PlacedPart { centre: pose * bounds.center(), pose, bounds, shape }
-        };
         Detector {
             balls: net.radius.iter().map(|radius| Ball::new(real(*radius))).collect(),
-            parts: target.parts.iter().map(placed).collect(),
+            parts: target.parts.iter().map(PlacedPart::new).collect(),
             found: Vec::new(),
             before: Vec::new(),
             manifolds: Vec::new(),
@@ -116,85 +115,5 @@ impl Detector {
     /// Number of solids.
     pub fn n_colliders(&self) -> usize {
         self.balls.len() + self.parts.len()
-    }
-}
-
-/// Detection with colliders that no body carries.
-pub struct Scan {
-    pipeline: CollisionPipeline,
-    islands: IslandManager,
-    broad_phase: BroadPhaseBvh,
-    bodies: RigidBodySet,
-    pub narrow_phase: NarrowPhase,
-    pub colliders: ColliderSet,
-}
-
-impl Scan {
-    pub fn new() -> Scan {
-        Scan {
-            pipeline: CollisionPipeline::new(),
-            islands: IslandManager::new(),
-            broad_phase: BroadPhaseBvh::new(),
-            bodies: RigidBodySet::new(),
-            narrow_phase: NarrowPhase::new(),
-            colliders: ColliderSet::new(),
-        }
-    }
-
-    /// Adds collider `index` of a group, which sees another.
-    pub fn insert(
-        &mut self,
-        shape: ColliderBuilder,
-        member_of: Group,
-        sees: Group,
-        index: usize,
-    ) -> ColliderHandle {
-        // No bodies stand behind them.
-        let shape = shape.active_collision_types(ActiveCollisionTypes::all());
-        self.colliders.insert(contact_collider(shape, &Setup::default(), member_of, sees, index))
-    }
-
-    /// A collider, to be moved.
-    pub fn collider(&mut self, handle: ColliderHandle) -> Option<&mut Collider> {
-        self.colliders.get_mut(handle)
-    }
-
-    /// Detects what is at most `margin` apart [m] where the colliders are now.
-    pub fn run(&mut self, margin: f64) {
-        self.pipeline.step(
-            real(margin),
-            &mut self.islands,
-            &mut self.broad_phase,
-            &mut self.narrow_phase,
-            &mut self.bodies,
-            &mut self.colliders,
-            &(),
-            &(),
-        );
-    }
-}
-
-/// The parts of a target in a scan, with their poses in the body frame.
-pub struct ScannedParts(Vec<(ColliderHandle, Isometry3<f64>)>);
-
-impl ScannedParts {
-    /// Adds the parts of `target`, which see one group, where they are in the body frame.
-    pub fn insert(scan: &mut Scan, target: &Target, sees: Group) -> ScannedParts {
-        let parts = target.parts.iter().enumerate();
-        let add = parts.map(|(index, part)| {
-            let shape = ColliderBuilder::new(shapes::shape(part)).position(engines_pose(&part.pose));
-            (scan.insert(shape, PARTS, sees, index), part.pose)
-        });
-        ScannedParts(add.collect())
-    }
-
-    /// Moves them to where the body is.
-    pub fn place(&self, scan: &mut Scan, body: &Body) {
-        let pose = engines_pose_of(&body.position, &body.attitude);
-        for (handle, part) in &self.0 {
-            if let Some(collider) = scan.collider(*handle) {
-                collider.set_position(pose * engines_pose(part));
-            }
-        }
     }
 }

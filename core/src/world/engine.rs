@@ -57,7 +57,6 @@ struct TargetHandles {
 
 const KNOTS: Group = Group::GROUP_1;
 const PARTS: Group = Group::GROUP_2;
-const CABLES: Group = Group::GROUP_3;
 
 impl World {
     pub fn new(net: &Net, target: Option<&Target>, setup: &Setup) -> World {

@@ -240,10 +240,10 @@ impl CableDetector {
         })
     }
 
-    /// Contacts between the ends of cables at the pose of `state` and `body` whose gap is at most `margin`
-    /// [m], in the order of cables, parts and places; what touches at an end is the knot's business.
-    pub fn detect(&mut self, state: &State, body: &Body, margin: f64, contacts: &mut Vec<Contact>) {
-        either!(CableFinder, &mut self.0, engine => engine.detect(state, body, margin, contacts));
+    /// Adds the contacts of a cable from one end to another [m] whose gap is at most `margin` [m], all in the body frame and in the
+    /// order of parts and places; what touches at an end is the knot's business.
+    pub fn look(&mut self, cable: usize, ends: [Vector3<f64>; 2], margin: f64, contacts: &mut Vec<Contact>) {
+        either!(CableFinder, &mut self.0, engine => engine.look(cable, ends, margin, contacts));
     }
 
     /// Number of colliders.

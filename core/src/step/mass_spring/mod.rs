@@ -273,7 +273,7 @@ impl Stepper for MassSpring {
 
         with.reached_knots(state.knots.position.len(), &mut self.reached);
         if with.share_rows() {
-            self.reached.extend(self.contacts.watched());
+            self.reached.extend(self.contacts.bearers());
             self.reached.sort_unstable();
             self.reached.dedup();
         }
