@@ -14,8 +14,11 @@
 //! a little from those carried along, and to undo that within a sub-step would shoot the cable off. So
 //! would a force that answered such an overlap at once: what a plane is found with is left out first.
 
+use std::sync::Arc;
+
 use nalgebra::{Rotation3, Vector3};
 
+use crate::cable::Cable;
 use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Along, Body, Contact, Knots};
@@ -39,8 +42,9 @@ pub struct CablePlanes {
     /// The target's parts in the body frame, and their ridges.
     solids: Vec<ConvexPart>,
     ridges: Vec<Vec<RidgeLine>>,
-    /// Knots of each cable, and its radius [m].
-    cables: Vec<([usize; 2], f64)>,
+    cables: Arc<[Cable]>,
+    /// Of each cable [m].
+    radius: Vec<f64>,
     /// Cables of each knot.
     cables_of: Vec<Vec<usize>>,
     /// Whether overlaps are answered by a force.
@@ -66,12 +70,12 @@ impl CablePlanes {
         for (index, cable) in net.cables.iter().enumerate() {
             [cable.a, cable.b].into_iter().for_each(|knot| cables_of[knot].push(index));
         }
-        let cable = |index: usize| ([net.cables[index].a, net.cables[index].b], net.cable_radius(index));
         CablePlanes {
             detector: CableDetector::new(net, target, precision),
             solids: target.parts.clone(),
             ridges: target.parts.iter().map(ConvexPart::ridge_lines).collect(),
-            cables: (0..net.cables.len()).map(cable).collect(),
+            cables: Arc::clone(&net.cables),
+            radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             cables_of,
             by_force,
             slides,
@@ -84,7 +88,7 @@ impl CablePlanes {
     /// How far the cables at a knot reach from it [m].
     pub fn reach(&self, knots: &Knots, knot: usize) -> f64 {
         let length = |&cable: &usize| {
-            let [a, b] = self.cables[cable].0;
+            let Cable { a, b, .. } = self.cables[cable];
             (knots.position[a] - knots.position[b]).norm()
         };
         self.cables_of[knot].iter().map(length).fold(0.0, f64::max)
@@ -112,7 +116,8 @@ impl CablePlanes {
             let (old, others) = rest.split_at(n_old);
             rest = others;
             if std::mem::take(&mut self.moved[cable]) {
-                let ends = self.cables[cable].0.map(|knot| to_body(&knots.position[knot]));
+                let Cable { a, b, .. } = self.cables[cable];
+                let ends = [a, b].map(|knot| to_body(&knots.position[knot]));
                 self.detect_one(cable, &ends, old, margin, planes);
             } else {
                 planes.extend_from_slice(old);
@@ -131,7 +136,6 @@ impl CablePlanes {
         margin: f64,
         planes: &mut Vec<ContactPlane>,
     ) {
-        self.found.clear();
         self.detector.look(cable, *ends, margin, &mut self.found);
         let first = planes.len();
         for contact in &self.found {
@@ -205,7 +209,7 @@ impl CablePlanes {
         let along = contact.along.unwrap_or_default();
         let place = ends[0] + along.share * (ends[1] - ends[0]);
         let height = contact.normal.dot(&place) - contact.gap;
-        let radius = self.cables[along.cable].1;
+        let radius = self.radius[along.cable];
         let ridge = self.ridge(contact);
         let mut plane = ContactPlane::new(contact, contact.normal, height, radius, contact.point);
         plane.ridge = ridge;

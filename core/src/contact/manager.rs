@@ -201,37 +201,31 @@ impl ContactManager {
         others(before, knots, contacts);
     }
 
+    /// A solver of ours.
+    fn own(&self) -> Option<&SurfaceContacts> {
+        match self {
+            ContactManager::Own(own) => Some(own),
+            _ => None,
+        }
+    }
+
     /// Knots that a solver of ours watches now.
     pub fn watched(&self) -> impl Iterator<Item = usize> {
-        let own = match self {
-            ContactManager::Own(own) => Some(own.watched()),
-            _ => None,
-        };
-        own.into_iter().flatten()
+        self.own().into_iter().flat_map(SurfaceContacts::watched)
     }
 
     /// Knots that a solver of ours may answer within the step.
     pub fn bearers(&self) -> impl Iterator<Item = usize> {
-        let own = match self {
-            ContactManager::Own(own) => Some(own.bearers()),
-            _ => None,
-        };
-        own.into_iter().flatten()
+        self.own().into_iter().flat_map(SurfaceContacts::bearers)
     }
 
     /// Times a solver of ours had the engine look for contacts; none where the engine looks itself.
     pub fn n_detections(&self) -> Option<u64> {
-        match self {
-            ContactManager::Own(own) => Some(own.n_detections),
-            _ => None,
-        }
+        self.own().map(|own| own.n_detections)
     }
 
     /// Number of colliders of a detector of ours.
     pub fn n_colliders(&self) -> usize {
-        match self {
-            ContactManager::Own(own) => own.n_colliders(),
-            _ => 0,
-        }
+        self.own().map_or(0, SurfaceContacts::n_colliders)
     }
 }

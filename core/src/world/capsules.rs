@@ -3,6 +3,8 @@
 //! The engine is asked for one cable and part after another, and only for cables whose ends have moved: its own loop, with its broad phase and its graph of
 //! pairs, took as long as all else of a Cubesat's capture together.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::convert::{engines, number, ours, real};
@@ -11,6 +13,7 @@ use super::rapier::geometry::{Aabb, Capsule};
 use super::rapier::math::{Pose, Real};
 use super::rapier::parry::bounding_volume::BoundingVolume;
 use super::rapier::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
+use crate::cable::Cable;
 use crate::net::Net;
 use crate::state::{Along, Contact};
 use crate::target::Target;
@@ -29,7 +32,7 @@ const SQUARE: f64 = 1e-3;
 
 /// Finds where cables are near a target; see [`crate::world::CableDetector`].
 pub struct CableDetector {
-    ends: Vec<[usize; 2]>,
+    cables: Arc<[Cable]>,
     radius: Vec<f64>,
     parts: Vec<TouchablePart>,
     /// Of the pair that is looked at.
@@ -55,7 +58,7 @@ impl CableDetector {
     pub fn new(net: &Net, target: &Target) -> CableDetector {
         let both = |part: &ConvexPart| TouchablePart { placed: PlacedPart::new(part), solid: part.clone() };
         CableDetector {
-            ends: net.cables.iter().map(|cable| [cable.a, cable.b]).collect(),
+            cables: Arc::clone(&net.cables),
             radius: (0..net.cables.len()).map(|cable| net.cable_radius(cable)).collect(),
             parts: target.parts.iter().map(both).collect(),
             manifolds: Vec::new(),
@@ -63,10 +66,11 @@ impl CableDetector {
     }
 
     pub fn look(&mut self, index: usize, ends: [Vector3<f64>; 2], margin: f64, contacts: &mut Vec<Contact>) {
-        let (n_before, radius) = (contacts.len(), self.radius[index]);
+        contacts.clear();
+        let (knots, radius) = ([self.cables[index].a, self.cables[index].b], self.radius[index]);
         for (of_part, part) in self.parts.iter().enumerate() {
             let Some([from, to]) = part.near(&ends, margin + radius) else { continue };
-            let cable = StraightCable { index, knots: self.ends[index], from, to, radius };
+            let cable = StraightCable { index, knots, from, to, radius };
             let n_before = contacts.len();
             part.touch(&cable, margin, &mut self.manifolds, contacts);
             for contact in &mut contacts[n_before..] {
@@ -75,32 +79,20 @@ impl CableDetector {
                 contact.point = part.solid.to_body(&contact.point);
             }
         }
-        sort(contacts, n_before);
+        sort(contacts);
     }
 
     pub fn n_colliders(&self) -> usize {
-        self.ends.len() + self.parts.len()
+        self.cables.len() + self.parts.len()
     }
 }
 
-/// Puts the contacts of a cable, which are the last behind so many others, in the order of parts and places, and leaves one of those at
-/// the same place.
-fn sort(contacts: &mut Vec<Contact>, n_before: usize) {
+/// Puts the contacts of a cable in the order of parts and places, and leaves one of those at the same place.
+fn sort(contacts: &mut Vec<Contact>) {
     let share = |contact: &Contact| contact.along.map_or(0.0, |along| along.share);
-    contacts[n_before..]
+    contacts
         .sort_by(|one, other| one.part.cmp(&other.part).then_with(|| share(one).total_cmp(&share(other))));
-    let mut kept = n_before;
-    for index in n_before..contacts.len() {
-        let is_same = kept > n_before && {
-            let (last, contact) = (&contacts[kept - 1], &contacts[index]);
-            last.part == contact.part && share(contact) - share(last) < SAME_PLACE
-        };
-        if !is_same {
-            contacts.swap(kept, index);
-            kept += 1;
-        }
-    }
-    contacts.truncate(kept);
+    contacts.dedup_by(|contact, last| last.part == contact.part && share(contact) - share(last) < SAME_PLACE);
 }
 
 impl StraightCable {

@@ -240,7 +240,7 @@ impl CableDetector {
         })
     }
 
-    /// Adds the contacts of a cable from one end to another [m] whose gap is at most `margin` [m], all in the body frame and in the
+    /// The `contacts` of a cable from one end to another [m] whose gap is at most `margin` [m], all in the body frame and in the
     /// order of parts and places; what touches at an end is the knot's business.
     pub fn look(&mut self, cable: usize, ends: [Vector3<f64>; 2], margin: f64, contacts: &mut Vec<Contact>) {
         either!(CableFinder, &mut self.0, engine => engine.look(cable, ends, margin, contacts));
