@@ -247,9 +247,16 @@ impl EnergyAudit {
         self.measure_motion(state);
         let Knots { position, velocity } = &state.knots;
         let (mut elastic, mut strained) = (0.0, (0.0, 0));
+        // Shorter by more than ends go on within the lag a cable is slack now and was then: as most are.
+        let fastest = velocity.iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
+        let part = 2.0 * lag * fastest;
         for cable in self.cables.iter() {
             let across = position[cable.b] - position[cable.a];
             let squared = across.norm_squared();
+            let surely = cable.rest_length - part;
+            if surely > 0.0 && squared < surely * surely {
+                continue;
+            }
             let was = if lag > 0.0 {
                 (across - lag * (velocity[cable.b] - velocity[cable.a])).norm_squared()
             } else {

@@ -209,6 +209,11 @@ impl ContactManager {
         }
     }
 
+    /// Whether a solver of ours has nothing to do in the sub-steps of this step.
+    pub fn is_asleep(&self) -> bool {
+        self.own().is_none_or(SurfaceContacts::is_asleep)
+    }
+
     /// Knots that a solver of ours watches now.
     pub fn watched(&self) -> impl Iterator<Item = usize> {
         self.own().into_iter().flat_map(SurfaceContacts::watched)

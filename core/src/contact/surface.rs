@@ -200,6 +200,11 @@ impl SurfaceContacts {
         }
     }
 
+    /// Whether nothing may be touched in the (sub-)steps of this step, and nothing was in the last.
+    pub fn is_asleep(&self) -> bool {
+        self.awake.is_empty() && self.rows.is_empty()
+    }
+
     /// Rows of a (sub-)step of `step` seconds, with what they begin with.
     fn prepare(&mut self, net: &impl NetMotion, body: &Body, step: f64) {
         self.rows.clear();

@@ -6,6 +6,8 @@
 //! of no stiffness bridging each row's end. The loops are plain; at run time they are dispatched to
 //! the widest vectors the processor has. No sum is reordered, so the bits do not depend on them.
 
+use std::hint::select_unpredictable;
+
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
 
@@ -17,8 +19,14 @@ use crate::solver::Integrator;
 use crate::state::Knots;
 
 /// Cables whose forces are found together, and then added up. What is found goes to memory of its own, which the loop is told of: whether vectors
-/// overlap with one of those that are read was asked at each loop, for a third of its time. With 32 the ends of the loops take that instead.
+/// overlap with one of those that are read was asked at each loop, for a third of its time.
 const CHUNK: usize = 128;
+
+/// Cables that are passed over together while none of them is taut: most of a net in flight is slack. The length of a run is a multiple of it.
+const GROUP: usize = 8;
+
+/// Squared length over that of the rest up to which no rounding makes a cable taut [-].
+const SLACK: f64 = 1.0 - 1e-14;
 
 /// Three components, an array each.
 pub(super) type Components = [Vec<f64>; 3];
@@ -49,6 +57,8 @@ pub(super) struct CableRuns {
     pub(super) stiffness: Vec<f64>,
     pub(super) damping: Vec<f64>,
     pub(super) rest_length: Vec<f64>,
+    /// Squared length up to which a cable is slack whatever is rounded [m^2].
+    slack: Vec<f64>,
     /// What [`secant`](super::secant) weighs a debt by [1/kg].
     pub(super) gentle: Vec<f64>,
     /// Largest tension since it was last asked for [N].
@@ -59,15 +69,40 @@ pub(super) struct CableRuns {
     found: Option<Box<PieceForces>>,
 }
 
-/// Tensions of cables and forces on their first ends [N].
+/// What is found of the cables of a piece.
 struct PieceForces {
-    tension: [f64; CHUNK],
+    /// Whether they may be taut, 1 or 0.
+    is_taut: [u64; CHUNK],
+    /// From where to where groups are that hold one that may.
+    taut: [(usize, usize); CHUNK / GROUP],
+    /// Forces on their first ends [N].
     pull: [[f64; CHUNK]; 3],
 }
 
 impl Default for PieceForces {
     fn default() -> PieceForces {
-        PieceForces { tension: [0.0; CHUNK], pull: [[0.0; CHUNK]; 3] }
+        PieceForces { is_taut: [0; CHUNK], taut: [(0, 0); CHUNK / GROUP], pull: [[0.0; CHUNK]; 3] }
+    }
+}
+
+impl PieceForces {
+    /// Joins groups of the first `n` cables that hold one that may be taut; how many stretches that makes.
+    #[inline(always)]
+    fn join(&mut self, n: usize) -> usize {
+        let mut n_taut = 0;
+        for (group, is_taut) in self.is_taut[..n].chunks_exact(GROUP).enumerate() {
+            if is_taut.iter().sum::<u64>() == 0 {
+                continue;
+            }
+            let start = group * GROUP;
+            if n_taut > 0 && self.taut[n_taut - 1].1 == start {
+                self.taut[n_taut - 1].1 += GROUP;
+            } else {
+                self.taut[n_taut] = (start, start + GROUP);
+                n_taut += 1;
+            }
+        }
+        n_taut
     }
 }
 
@@ -93,7 +128,8 @@ impl ExplicitNet {
     /// The kernel for `net`; `tolerance` is that of the integrator `located` [m].
     pub fn new(net: &Net, integrator: Integrator, tolerance: f64) -> ExplicitNet {
         let place = places(net);
-        let n_knots = net.n_knots();
+        // Those beyond the net are ends of the cables that fill runs up.
+        let n_knots = net.n_knots() + GROUP;
         let zeros = || [vec![0.0; n_knots], vec![0.0; n_knots], vec![0.0; n_knots]];
         let mut inverse_mass = vec![0.0; n_knots];
         for (knot, &at) in place.iter().enumerate() {
@@ -225,13 +261,35 @@ impl ExplicitNet {
             Integrator::Secant => self.kick_secant(step),
             // Scenes with another net are refused `implicit`.
             Integrator::Symplectic | Integrator::Auto | Integrator::Implicit => {
-                self.accelerate();
-                let (sum, term) = (&mut self.velocity, &self.acceleration);
-                self.arch.dispatch(AddScaled { sum, term, factor: step });
+                self.kick_symplectic(step, None)
             }
             Integrator::Rk4 => self.kick_rk4(step),
             Integrator::Located => self.kick_located(step),
         }
+    }
+
+    /// A whole sub-step of `step` seconds in which nothing else changes velocities: kick and drift at once.
+    pub fn fly(&mut self, step: f64) {
+        if self.integrator == Integrator::Symplectic {
+            self.kick_symplectic(step, Some(step));
+        } else {
+            self.kick(step);
+            self.drift(step);
+        }
+    }
+
+    /// Velocities after the forces of `step` seconds, and where `drift` says how long positions go on with them, positions.
+    fn kick_symplectic(&mut self, step: f64, drift: Option<f64>) {
+        self.arch.dispatch(Kick {
+            strands: &mut self.strands,
+            position: &mut self.position,
+            velocity: &mut self.velocity,
+            inverse_mass: &self.inverse_mass,
+            push: &self.push,
+            force: &mut self.acceleration,
+            step,
+            drift,
+        });
     }
 
     /// Whether velocities are those of half a sub-step before the positions.
@@ -390,10 +448,53 @@ impl NullaryFnOnce for Accelerate<'_> {
 
     #[inline(always)]
     fn call(self) {
+        for forces in self.acceleration.iter_mut() {
+            forces.fill(0.0);
+        }
         self.strands.pull_all(self.position, self.velocity, self.acceleration);
         for (forces, push) in self.acceleration.iter_mut().zip(self.push) {
             for ((a, im), push) in forces.iter_mut().zip(self.inverse_mass).zip(push) {
                 *a = *a * im + push;
+            }
+        }
+    }
+}
+
+/// Velocities after the forces of a step, and positions after a drift at these, for the widest vectors of the processor. Forces are
+/// none before and after it.
+struct Kick<'a> {
+    strands: &'a mut CableRuns,
+    position: &'a mut Components,
+    velocity: &'a mut Components,
+    inverse_mass: &'a [f64],
+    push: &'a Components,
+    force: &'a mut Components,
+    step: f64,
+    /// Time of the drift, where there is one [s].
+    drift: Option<f64>,
+}
+
+impl NullaryFnOnce for Kick<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.strands.pull_all(self.position, self.velocity, self.force);
+        for axis in 0..3 {
+            let knots = self.force[axis].iter_mut().zip(self.inverse_mass).zip(&self.push[axis]);
+            let (position, velocity) = (&mut self.position[axis], &mut self.velocity[axis]);
+            match self.drift {
+                None => {
+                    for (v, ((f, im), push)) in velocity.iter_mut().zip(knots) {
+                        *v += self.step * (std::mem::take(f) * im + push);
+                    }
+                }
+                Some(time) => {
+                    for ((x, v), ((f, im), push)) in position.iter_mut().zip(velocity).zip(knots) {
+                        *v += self.step * (std::mem::take(f) * im + push);
+                        *x += time * *v;
+                    }
+                }
             }
         }
     }
@@ -421,6 +522,7 @@ impl CableRuns {
             stiffness: Vec::new(),
             damping: Vec::new(),
             rest_length: Vec::new(),
+            slack: Vec::new(),
             gentle: Vec::new(),
             tension: Vec::new(),
             cable: Vec::new(),
@@ -436,20 +538,31 @@ impl CableRuns {
                     strands.add(None, None);
                 }
                 _ => {
+                    strands.fill_up();
                     let first = strands.cable.len();
                     strands.runs.push(CableRun { first, length: 0, a, b: a + apart, family });
                 }
             }
             strands.add(Some(index), Some(&cables[index]));
         }
+        strands.fill_up();
         strands
+    }
+
+    /// Makes the last run as long as whole groups are, with cables that never pull.
+    fn fill_up(&mut self) {
+        while self.runs.last().is_some_and(|run| run.length % GROUP != 0) {
+            self.add(None, None);
+        }
     }
 
     fn add(&mut self, index: Option<usize>, cable: Option<&Cable>) {
         self.cable.push(index);
         self.stiffness.push(cable.map_or(0.0, |cable| cable.stiffness));
         self.damping.push(cable.map_or(0.0, |cable| cable.damping));
-        self.rest_length.push(cable.map_or(f64::INFINITY, |cable| cable.rest_length));
+        let rest_length = cable.map_or(f64::INFINITY, |cable| cable.rest_length);
+        self.rest_length.push(rest_length);
+        self.slack.push(SLACK * (rest_length * rest_length));
         self.gentle.push(cable.map_or(1.0, secant::gentleness));
         self.tension.push(0.0);
         if let Some(run) = self.runs.last_mut() {
@@ -457,12 +570,9 @@ impl CableRuns {
         }
     }
 
-    /// Sum of the cable forces on every knot [N].
+    /// Adds the cable forces on every knot [N].
     #[inline(always)]
     fn pull_all(&mut self, position: &Components, velocity: &Components, force: &mut Components) {
-        for forces in force.iter_mut() {
-            forces.fill(0.0);
-        }
         let mut found = self.found.take().unwrap_or_default();
         for run in 0..self.runs.len() {
             for start in (0..self.runs[run].length).step_by(CHUNK) {
@@ -473,7 +583,7 @@ impl CableRuns {
         self.found = Some(found);
     }
 
-    /// T = max(0, k (r − l₀) + c ṙ) while r > l₀, along the line between the ends (Eq. 3.3).
+    /// Adds the forces of the cables of `piece`, of which whole groups are slack.
     #[inline(always)]
     fn pull_piece(
         &mut self,
@@ -485,11 +595,50 @@ impl CableRuns {
     ) {
         let &CableRun { first, length: n, a, b, .. } = piece;
         let ([xa, ya, za], [xb, yb, zb]) = (slices(position, a, n), slices(position, b, n));
+        let slack = &self.slack[first..first + n];
+        let is_taut = &mut found.is_taut[..n];
+        for i in 0..n {
+            let (dx, dy, dz) = (xb[i] - xa[i], yb[i] - ya[i], zb[i] - za[i]);
+            // What is no number is not slack: it goes on, and is found.
+            let slack = dx * dx + dy * dy + dz * dz <= slack[i];
+            is_taut[i] = u64::from(!slack);
+        }
+        let n_taut = found.join(n);
+        for &(start, end) in &found.taut[..n_taut] {
+            let pull = found.pull.each_mut().map(|pull| &mut pull[start..end]);
+            self.pull_taut(&piece.piece(start, end - start), position, velocity, pull);
+        }
+        // All first ends and then all second ones, or sums would have other bits.
+        for (forces, pull) in force.iter_mut().zip(&found.pull) {
+            for &(start, end) in &found.taut[..n_taut] {
+                for (f, p) in forces[a + start..a + end].iter_mut().zip(&pull[start..end]) {
+                    *f += p;
+                }
+            }
+            for &(start, end) in &found.taut[..n_taut] {
+                for (f, p) in forces[b + start..b + end].iter_mut().zip(&pull[start..end]) {
+                    *f -= p;
+                }
+            }
+        }
+    }
+
+    /// T = max(0, k (r − l₀) + c ṙ) while r > l₀, along the line between the ends (Eq. 3.3): forces on first ends [N].
+    #[inline(always)]
+    fn pull_taut(
+        &mut self,
+        piece: &CableRun,
+        position: &Components,
+        velocity: &Components,
+        [px, py, pz]: [&mut [f64]; 3],
+    ) {
+        let &CableRun { first, length: n, a, b, .. } = piece;
+        let ([xa, ya, za], [xb, yb, zb]) = (slices(position, a, n), slices(position, b, n));
         let ([ua, va, wa], [ub, vb, wb]) = (slices(velocity, a, n), slices(velocity, b, n));
         let (stiffness, damping) = (&self.stiffness[first..first + n], &self.damping[first..first + n]);
         let rest_length = &self.rest_length[first..first + n];
-        let PieceForces { tension, pull: [px, py, pz] } = found;
-        let (tension, px, py, pz) = (&mut tension[..n], &mut px[..n], &mut py[..n], &mut pz[..n]);
+        let largest = &mut self.tension[first..first + n];
+        let (px, py, pz) = (&mut px[..n], &mut py[..n], &mut pz[..n]);
         for i in 0..n {
             let (dx, dy, dz) = (xb[i] - xa[i], yb[i] - ya[i], zb[i] - za[i]);
             let parting = dx * (ub[i] - ua[i]) + dy * (vb[i] - va[i]) + dz * (wb[i] - wa[i]);
@@ -498,22 +647,12 @@ impl CableRuns {
             let stretch = length - rest_length[i];
             let law = taut_force(stiffness[i], damping[i], stretch, parting, inverse).max(0.0);
             let taut = stretch > 0.0;
-            tension[i] = if taut { law } else { 0.0 };
-            let along = if taut { law * inverse } else { 0.0 };
+            // Not `if`: it would load what is behind it lane by lane where it holds.
+            largest[i] = largest[i].max(select_unpredictable(taut, law, 0.0));
+            let along = select_unpredictable(taut, law * inverse, 0.0);
             px[i] = along * dx;
             py[i] = along * dy;
             pz[i] = along * dz;
-        }
-        for (largest, tension) in self.tension[first..first + n].iter_mut().zip(&*tension) {
-            *largest = largest.max(*tension);
-        }
-        for (forces, pull) in force.iter_mut().zip([&*px, &*py, &*pz]) {
-            for (f, p) in forces[a..a + n].iter_mut().zip(pull) {
-                *f += p;
-            }
-            for (f, p) in forces[b..b + n].iter_mut().zip(pull) {
-                *f -= p;
-            }
         }
     }
 }

@@ -189,6 +189,11 @@ impl MassSpring {
         bounces: bool,
     ) -> bool {
         let (pushes, mut acted) = (with.push(), false);
+        if kick == SubstepKick::Whole && !pushes && self.reached.is_empty() && self.contacts.is_asleep() {
+            state.drift_bodies(true, self.substep);
+            self.net.fly(self.substep);
+            return false;
+        }
         if bounces {
             self.unkicked.clear();
             self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
