@@ -166,8 +166,9 @@ fn slip_at(rows: &[ContactRow], index: usize) -> Vector3<f64> {
     let before = index.checked_sub(1).map(|before| &rows[before]).filter(is_of_corner);
     let Some(other) = before.or(rows.get(index + 1).filter(is_of_corner)) else { return row.velocity };
     let left = before.map_or_else(Vector3::zeros, |first| first.inverse_mass * first.friction);
-    let along = row.normal.cross(&other.normal).normalize();
-    along.dot(&(row.velocity + left)) * along
+    let slip = row.velocity + left;
+    // Faces of parts that stand in each other may be one plane, which has no corner.
+    row.normal.cross(&other.normal).try_normalize(1e-9).map_or(slip, |along| along.dot(&slip) * along)
 }
 
 fn apply_normal(rows: &[ContactRow], net: &mut impl NetMotion, body: &mut Body, target: &InverseInertia) {
@@ -182,6 +183,21 @@ mod tests {
     use crate::contact::row::{JacobianWeights, MarkedKnots};
     use crate::state::Knots;
     use nalgebra::vector;
+
+    /// In a corner friction is against what comes along both faces, and on two parts with one face against all of the slip.
+    #[test]
+    fn a_knot_slips_along_both_its_faces() {
+        let velocity = vector![0.3, -0.2, 0.1];
+        let row = |normal: Vector3<f64>| ContactRow {
+            velocity,
+            impulse: 1.0,
+            ..ContactRow::held(JacobianWeights::of_knot(0), 1.0, normal, Some(Vector3::zeros()))
+        };
+        let corner = [row(Vector3::y()), row(Vector3::z())];
+        assert_eq!(slip_at(&corner, 0), vector![0.3, 0.0, 0.0]);
+        assert_eq!(slip_at(&[row(Vector3::y()), row(Vector3::y())], 0), velocity);
+        assert_eq!(slip_at(&[row(Vector3::y())], 0), velocity);
+    }
 
     /// A light knot lies in two faces at an edge, 70 N of each throw it out at 4 m/s within the step, and cables throw it
     /// back in: friction is against the slip between, in the step of either order.

@@ -30,10 +30,11 @@ impl ContactWork {
         self.from_surface[1] += across.dot(surface);
     }
 
-    /// Direction and length of the impulses along the normals together [-, N s].
-    pub fn mean_normal(&self) -> (Vector3<f64>, f64) {
-        let length = self.along.norm();
-        (self.along / length, length)
+    /// Direction and length of the impulses along the normals together [-, N s]; none of what is too small to be squared, as an
+    /// impulse is that every sub-step left a share of.
+    pub fn mean_normal(&self) -> Option<(Vector3<f64>, f64)> {
+        let squared = self.along.norm_squared();
+        squared.is_normal().then(|| (self.along / squared.sqrt(), squared.sqrt()))
     }
 
     /// Writes work and losses within a step from `before` to `after` to `contact`.
@@ -42,5 +43,29 @@ impl ContactWork {
         contact.work_on_knot = (self.along + self.across).dot(&mean);
         contact.loss = self.from_surface[0] - self.along.dot(&mean);
         contact.friction_loss = self.from_surface[1] - self.across.dot(&mean);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::vector;
+
+    use super::*;
+
+    #[test]
+    fn impulses_have_a_mean_direction_where_their_squares_are_numbers() {
+        let of = |size: f64| {
+            let mut work = ContactWork::default();
+            work.add(&vector![0.6 * size, 0.0, 0.8 * size], &Vector3::zeros(), &Vector3::zeros());
+            work.mean_normal()
+        };
+        for size in [1e-150, 1e-9, 1.0] {
+            let Some((normal, length)) = of(size) else { panic!("{size:e} N s have a direction") };
+            assert!((normal - vector![0.6, 0.0, 0.8]).norm() < 1e-12 && (length / size - 1.0).abs() < 1e-12);
+        }
+        // Lengths of 0 and of half the digits once gave directions that are no numbers, and no unit vectors.
+        for size in [0.0, 1e-185, 1e-161] {
+            assert_eq!(of(size), None, "{size:e} N s");
+        }
     }
 }
