@@ -65,6 +65,8 @@ pub struct Ledger {
     pub lost: f64,
     /// What of the work from outside, the drive's included, was positive, step by step.
     pub put_in: f64,
+    /// Work of fields' kicks on the net: now, and the most so far.
+    pub let_go: [f64; 2],
     /// Largest rise of [`Ledger::closed`], less what was lost on the way, above any earlier minimum.
     pub created: f64,
     /// That minimum, with what effects may have held beyond what they said.
@@ -101,6 +103,11 @@ impl Ledger {
     /// fall, and must not rise.
     pub fn closed(&self) -> f64 {
         self.mechanical() - self.drive - self.outside
+    }
+
+    /// Work put in so far, that of fields on the net included.
+    pub fn all_put_in(&self) -> f64 {
+        self.put_in + self.let_go[1]
     }
 
     /// Energy that is nowhere in the ledger [J]; negative when too much was found.
@@ -238,7 +245,7 @@ impl EnergyAudit {
     /// whose zero is anywhere, and the work put in; of a scene at rest that of the net at a millimetre a second.
     pub fn energy_scale(&self) -> f64 {
         let at_rest = 0.5e-6 * self.net_mass.iter().sum::<f64>();
-        (self.moving_at_start + self.ledger.put_in).max(at_rest)
+        (self.moving_at_start + self.ledger.all_put_in()).max(at_rest)
     }
 
     /// Measures motion, and what the cables hold `lag` seconds before, when the velocities are of then: energies of two
@@ -292,6 +299,15 @@ impl EnergyAudit {
     pub fn measure_stored(&mut self, state: &State, effects: &mut Interactions) {
         self.in_contacts = state.contacts.iter().map(|contact| contact.stored).sum();
         self.ledger.stored = state.energy_of_bodies(false) + effects.stored_energy(state) + self.in_contacts;
+    }
+
+    /// Measures kinetic energies after a kick of fields, and books what these let go to the net.
+    pub fn measure_kick(&mut self, state: &State) {
+        let before = self.ledger.kinetic_net;
+        self.measure_motion(state);
+        let [now, most] = &mut self.ledger.let_go;
+        *now += self.ledger.kinetic_net - before;
+        *most = most.max(*now);
     }
 
     /// The same again after a kick, where there are bodies that it may have changed.

@@ -169,8 +169,8 @@ pub enum Flight {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// `secant` where `symplectic` at its own step would make energy: damping ratios below 0.1, or a cable whose own
-    /// frequency is high among those of the net. `symplectic` elsewhere.
+    /// `secant` where `symplectic` at its own step would make energy: damping ratios below 0.1, a cable whose own
+    /// frequency is high among those of the net, or bullets that are light before the net. `symplectic` elsewhere.
     Auto,
     /// A force that is the difference of stored energy over the step, with books for every cable: keeps energy.
     Secant,

@@ -177,6 +177,7 @@ impl Parameters for Closing {
                 passed_on: 0.0,
                 port_of: context.options.port_of.filter(|_| self.layout == Layout::Cinch),
                 from_port: Outside::default(),
+                step: 0.0,
             },
         )
     }
@@ -198,6 +199,8 @@ struct ClosingThreads {
     port_of: Option<&'static str>,
     /// What it gave to the net within the step.
     from_port: Outside,
+    /// Of the run [s].
+    step: f64,
 }
 
 impl Effect for ClosingThreads {
@@ -220,8 +223,9 @@ impl Effect for ClosingThreads {
 
 impl HalfKick for ClosingThreads {
     /// At the end of the step the body at the other end of a tether takes what the net got from it.
-    fn kick(&mut self, state: &mut State, _step: f64, half: Half) -> EffectWork {
+    fn kick(&mut self, state: &mut State, step: f64, half: Half) -> EffectWork {
         if half == Half::First {
+            self.step = step;
             return EffectWork::default();
         }
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_port);
@@ -244,7 +248,11 @@ impl HalfKick for ClosingThreads {
 impl StepObserver for ClosingThreads {
     fn start_of_step(&mut self, state: &State) {
         if let Some(index) = self.port_of.and_then(|name| state.find_body(name)) {
-            self.mechanism.anchor(state.bodies[index].to_local(&state.body_models[index].port));
+            // What nothing touches is where it will be at the end of the step.
+            let port = state.bodies[index].to_local(&state.body_models[index].port);
+            let velocity = state.bodies[index].velocity_at(port);
+            self.mechanism.anchor(port - self.step * velocity);
+            self.mechanism.anchor_moves(velocity);
         }
         if let Some(command) = state.winch {
             self.mechanism.command(command.reel_speed, command.max_tension);

@@ -20,7 +20,7 @@ pub struct Conservation {
     /// Energy that the method made or destroyed: in no row of the ledger, over the launch energy [-].
     pub energy_residual: f64,
     /// Largest rise of all energy above any earlier minimum, looked at after every step, less the work from
-    /// outside; over the launch energy and the work put in [-].
+    /// outside; over the launch energy and the work put in, by fields on the net too [-].
     pub energy_created: f64,
     /// Kinetic, elastic and stored energy at the start [J].
     pub energy_start_j: f64,
@@ -64,7 +64,7 @@ impl Conservation {
             momentum_residual: relative(momentum, momentum_scale),
             angular_momentum_residual: relative(angular, angular_scale),
             energy_residual: relative(residual, energy_scale),
-            energy_created: relative(ledger.created, energy_scale + ledger.put_in),
+            energy_created: relative(ledger.created, energy_scale + ledger.all_put_in()),
             energy_start_j: frames.ledger[0].mechanical(),
             energy_end_j: frames.ledger[last].mechanical(),
         }
