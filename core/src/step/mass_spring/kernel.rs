@@ -280,7 +280,7 @@ impl ExplicitNet {
 
     /// Velocities after the forces of `step` seconds, and where `drift` says how long positions go on with them, positions.
     fn kick_symplectic(&mut self, step: f64, drift: Option<f64>) {
-        self.arch.dispatch(Kick {
+        self.arch.dispatch(SymplecticKick {
             strands: &mut self.strands,
             position: &mut self.position,
             velocity: &mut self.velocity,
@@ -462,7 +462,7 @@ impl NullaryFnOnce for Accelerate<'_> {
 
 /// Velocities after the forces of a step, and positions after a drift at these, for the widest vectors of the processor. Forces are
 /// none before and after it.
-struct Kick<'a> {
+struct SymplecticKick<'a> {
     strands: &'a mut CableRuns,
     position: &'a mut Components,
     velocity: &'a mut Components,
@@ -474,7 +474,7 @@ struct Kick<'a> {
     drift: Option<f64>,
 }
 
-impl NullaryFnOnce for Kick<'_> {
+impl NullaryFnOnce for SymplecticKick<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use super::{COARSE, TOO_LONG, net, small_capture, with, with_target};
+use super::{TOO_LONG, net, small_capture, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
 use crate::study::stress::measure::Numbers;
 
@@ -36,7 +36,6 @@ fn scales() -> [StressCase; 5] {
         )
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(Theme::Scale, "300-m-net", "a net of 300 m around a target of 50 m", huge_capture())
-            .limited("explicit+impulse", COARSE, &["solver.step_s=2e-4"], &[("energy", 1e-3, 0.15)])
             .not_run("joints+penalty", TOO_LONG),
         StressCase::new(
             Theme::Scale,
