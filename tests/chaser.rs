@@ -104,7 +104,7 @@ fn momentum_is_kept_through_a_tether_to_the_chaser() {
 }
 
 /// The port of a light chaser comes 1e-6 m nearer in a step that is as long as hundreds of the cables'. Where it did so at once the tether was
-/// wound in at the tension of one of them, which made 6e-3 of the energy at hand; measured 4e-11.
+/// wound in at the tension of one of them, which made 6e-3 of the energy at hand; measured, the most of four, 2e-9.
 #[test]
 fn a_tether_to_a_light_chaser_makes_no_energy() {
     let case = case_of(json!({
@@ -120,7 +120,7 @@ fn a_tether_to_a_light_chaser_makes_no_energy() {
         "solver": { "cables": "explicit", "contact": "impulse" }
     }));
     let kept = Conservation::of(&case, &run(&case));
-    below("created", kept.energy_created, 1e-6);
+    below("created", kept.energy_created, 2e-8);
     below("momentum", kept.momentum_residual, 1e-9);
 }
 

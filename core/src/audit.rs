@@ -65,8 +65,10 @@ pub struct Ledger {
     pub lost: f64,
     /// What of the work from outside, the drive's included, was positive, step by step.
     pub put_in: f64,
-    /// Work of fields' kicks on the net: now, and the most so far.
-    pub let_go: [f64; 2],
+    /// Work of fields' kicks on the net.
+    pub by_fields: f64,
+    /// The most that it was so far.
+    pub most_by_fields: f64,
     /// Largest rise of [`Ledger::closed`], less what was lost on the way, above any earlier minimum.
     pub created: f64,
     /// That minimum, with what effects may have held beyond what they said.
@@ -107,7 +109,7 @@ impl Ledger {
 
     /// Work put in so far, that of fields on the net included.
     pub fn all_put_in(&self) -> f64 {
-        self.put_in + self.let_go[1]
+        self.put_in + self.most_by_fields
     }
 
     /// Energy that is nowhere in the ledger [J]; negative when too much was found.
@@ -255,8 +257,11 @@ impl EnergyAudit {
         let Knots { position, velocity } = &state.knots;
         let (mut elastic, mut strained) = (0.0, (0.0, 0));
         // Shorter by more than ends go on within the lag a cable is slack now and was then: as most are.
-        let fastest = velocity.iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
-        let part = 2.0 * lag * fastest;
+        let part = if lag > 0.0 {
+            2.0 * lag * velocity.iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt()
+        } else {
+            0.0
+        };
         for cable in self.cables.iter() {
             let across = position[cable.b] - position[cable.a];
             let squared = across.norm_squared();
@@ -301,13 +306,13 @@ impl EnergyAudit {
         self.ledger.stored = state.energy_of_bodies(false) + effects.stored_energy(state) + self.in_contacts;
     }
 
-    /// Measures kinetic energies after a kick of fields, and books what these let go to the net.
-    pub fn measure_kick(&mut self, state: &State) {
+    /// Measures kinetic energies after a kick of fields, and books its work on the net.
+    pub fn book_kick(&mut self, state: &State) {
         let before = self.ledger.kinetic_net;
         self.measure_motion(state);
-        let [now, most] = &mut self.ledger.let_go;
-        *now += self.ledger.kinetic_net - before;
-        *most = most.max(*now);
+        let ledger = &mut self.ledger;
+        ledger.by_fields += ledger.kinetic_net - before;
+        ledger.most_by_fields = ledger.most_by_fields.max(ledger.by_fields);
     }
 
     /// The same again after a kick, where there are bodies that it may have changed.

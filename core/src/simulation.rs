@@ -110,7 +110,7 @@ impl Simulation {
         if half == Half::First {
             self.stepper.take_velocities(&self.state);
         }
-        self.audit.measure_kick(&self.state);
+        self.audit.book_kick(&self.state);
         if half == Half::Second {
             self.audit.measure_kicked(&self.state, &mut self.effects);
         }

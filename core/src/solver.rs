@@ -135,10 +135,11 @@ pub enum CableModel {
 impl CableModel {
     /// What contact of whole cables costs beside that of knots, in words.
     pub fn cable_contact_price(self) -> &'static str {
-        // Four free Cubesats, 3.0 s and 4.7 s, one 0.12 s and 0.57 s; four satellites with panels 28 s and 67 s, two 4.9 s and 42 s.
+        // Free Cubesat and satellite with panels: 1.3 and 2.0, 2.3 and 2.4 (docs/speed.md); elements as it was with all cables looked at at once.
         match self {
-            CableModel::Joints => "1.5 to 2.5 times the processor time",
-            CableModel::Explicit | CableModel::Ancf => "4 to 9 times the processor time",
+            CableModel::Joints => "1.3 to 2 times the processor time",
+            CableModel::Explicit => "2 to 3 times the processor time",
+            CableModel::Ancf => "4 to 9 times the processor time",
         }
     }
 }

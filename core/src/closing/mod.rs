@@ -23,7 +23,7 @@ use crate::state::{EffectWork, Knots};
 use layouts::Route;
 use lock::Lock;
 use pulled::{Done, PulledKnots};
-use thread::{Foresight, Node, Thread, ThreadSweeps};
+use thread::{Anchor, Foresight, Node, Thread, ThreadSweeps};
 use winch::{Drive, Winch, WinchRecord};
 
 /// By how much a thread may be longer than what is off its reels below their largest tension, over its full
@@ -55,8 +55,6 @@ pub struct Mechanism {
     effort: ThreadSweeps,
 
     pulled: PulledKnots,
-    /// Of the anchors [m/s].
-    anchor_velocity: Vector3<f64>,
     /// What came in through the anchors since that was last accounted for.
     outside: Outside,
     /// Energy of the reels as last posted [J].
@@ -82,7 +80,7 @@ struct Checkpoint {
     given: f64,
     winches: Vec<Winch>,
     foresight: Vec<Foresight>,
-    anchors: Vec<Vector3<f64>>,
+    anchors: Vec<Anchor>,
     lock: Option<Lock>,
     pulled: PulledKnots,
     outside: Outside,
@@ -101,7 +99,7 @@ impl Outside {
     /// The impulse of the anchor of `thread` within the step.
     pub fn of(thread: &Thread) -> Outside {
         let impulse = thread.impulse_of_anchor();
-        Outside { impulse, angular_impulse: thread.anchor.cross(&impulse) }
+        Outside { impulse, angular_impulse: thread.anchor.position.cross(&impulse) }
     }
 }
 
@@ -150,7 +148,6 @@ impl Mechanism {
             effort: ThreadSweeps::WHOLE,
             pulled: PulledKnots::new(reached),
             outside: Outside::default(),
-            anchor_velocity: Vector3::zeros(),
             stored_before: 0.0,
             put_in_before: 0.0,
             checkpoint: None,
@@ -201,17 +198,13 @@ impl Mechanism {
         self.effort = ThreadSweeps::IN_SUBSTEPS;
     }
 
-    /// Puts the anchor of every thread to `position` [m].
-    pub fn anchor(&mut self, position: Vector3<f64>) {
+    /// Puts the anchor of every thread to where `anchor` is, from where it moves on in every (sub-)step. One that jumped once a step
+    /// wound threads in at the tension of the first sub-step of many: a tether to 5 kg that recoil with 2 mm/s made 1.6e-2 of the
+    /// energy at hand.
+    pub fn anchor(&mut self, anchor: Anchor) {
         for line in &mut self.lines {
-            line.thread.anchor = position;
+            line.thread.anchor = anchor;
         }
-    }
-
-    /// Moves the anchor on with `velocity` after every (sub-)step [m/s]. One that jumped once a step wound threads in at the tension of the
-    /// first sub-step of many: a tether to 5 kg that recoil with 2 mm/s made 1.6e-2 of the energy at hand.
-    pub fn anchor_moves(&mut self, velocity: Vector3<f64>) {
-        self.anchor_velocity = velocity;
     }
 
     /// Whether it runs.
@@ -356,7 +349,7 @@ impl SubstepConstraint for Mechanism {
             let outside = Outside::of(thread);
             self.outside.impulse += outside.impulse;
             self.outside.angular_impulse += outside.angular_impulse;
-            thread.anchor += step * self.anchor_velocity;
+            thread.anchor.position += step * thread.anchor.velocity;
         }
         self.pulled.after_pull(knots, &self.inverse_mass, touched);
     }

@@ -162,13 +162,22 @@ impl LengthCommand {
     }
 }
 
+/// What a thread ends at that is no knot, and goes on whatever the thread does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Anchor {
+    /// Where it is [m].
+    pub position: Vector3<f64>,
+    /// How fast it is [m/s].
+    pub velocity: Vector3<f64>,
+}
+
 /// A thread, its way, and its pull within the step under way.
 #[derive(Clone, Debug)]
 pub struct Thread {
     /// The points it passes, in order.
     pub nodes: Vec<Node>,
-    /// Where its anchor is, if it has one [m].
-    pub anchor: Vector3<f64>,
+    /// Its anchor, if it has one.
+    pub anchor: Anchor,
     ends: Ends,
     friction: f64,
     /// Length at which a segment is bunched and can be no shorter [m].
@@ -270,7 +279,7 @@ impl Thread {
             slots: nodes.iter().map(slot).collect(),
             foresight: Foresight { segments: vec![Foreseen::default(); n_segments], ..Foresight::default() },
             nodes,
-            anchor: Vector3::zeros(),
+            anchor: Anchor::default(),
             ends,
             friction,
             floor: 0.0,
@@ -311,7 +320,7 @@ impl Thread {
     /// Length of its first segment, where that comes from the anchor [m]; else 0.
     pub fn length_of_tether(&self, knots: &Knots) -> f64 {
         match self.nodes.first() {
-            Some(Node::Anchor) => (self.position(1, knots) - self.anchor).norm(),
+            Some(Node::Anchor) => (self.position(1, knots) - self.anchor.position).norm(),
             _ => 0.0,
         }
     }
@@ -351,7 +360,8 @@ impl Thread {
             self.position[slot] = knots.position[knot];
             self.inverse_masses[slot] = inverse_mass[knot];
         }
-        self.position[anchor] = self.anchor;
+        self.position[anchor] = self.anchor.position;
+        self.velocity[anchor] = self.anchor.velocity;
         let mut from = self.position[self.slots[0]];
         for (segment, &slot) in self.segments.iter_mut().zip(&self.slots[1..]) {
             let to = self.position[slot];
@@ -660,23 +670,23 @@ impl Thread {
 
 impl Node {
     /// Where it is [m].
-    fn place(self, knots: &Knots, anchor: &Vector3<f64>) -> Vector3<f64> {
+    fn place(self, knots: &Knots, anchor: &Anchor) -> Vector3<f64> {
         match self {
             Node::Knot(knot) => knots.position[knot],
-            Node::Anchor => *anchor,
+            Node::Anchor => anchor.position,
         }
     }
 
     /// Where it is `step` seconds later if nothing changes its velocity [m].
-    fn place_after(self, step: f64, knots: &Knots, anchor: &Vector3<f64>) -> Vector3<f64> {
-        self.place(knots, anchor) + step * self.velocity(knots)
+    fn place_after(self, step: f64, knots: &Knots, anchor: &Anchor) -> Vector3<f64> {
+        self.place(knots, anchor) + step * self.velocity(knots, anchor)
     }
 
-    /// How fast it is [m/s]; the anchor stands.
-    fn velocity(self, knots: &Knots) -> Vector3<f64> {
+    /// How fast it is [m/s].
+    fn velocity(self, knots: &Knots, anchor: &Anchor) -> Vector3<f64> {
         match self {
             Node::Knot(knot) => knots.velocity[knot],
-            Node::Anchor => Vector3::zeros(),
+            Node::Anchor => anchor.velocity,
         }
     }
 }

@@ -286,8 +286,8 @@ impl ContactPlane {
             let mut contact = self.record;
             if self.has_turned {
                 // The target turned between sub-steps, and their impulses with it: their sum, not their lengths'.
-                let own = (contact.normal, contact.impulse);
-                (contact.normal, contact.impulse) = self.work.mean_normal().unwrap_or(own);
+                (contact.normal, contact.impulse) =
+                    self.work.mean_normal().unwrap_or((contact.normal, contact.impulse));
             }
             if self.work != ContactWork::default() {
                 self.work.write_to(&mut contact, before, after);

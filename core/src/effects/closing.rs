@@ -21,6 +21,7 @@ use super::Parameters;
 use super::blocks::SummaryRow;
 use crate::closing::layouts::Layout;
 use crate::closing::lock::Lock;
+use crate::closing::thread::Anchor;
 use crate::closing::trigger::{Trigger, TriggerWatch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism, Outside};
@@ -177,7 +178,7 @@ impl Parameters for Closing {
                 passed_on: 0.0,
                 port_of: context.options.port_of.filter(|_| self.layout == Layout::Cinch),
                 from_port: Outside::default(),
-                step: 0.0,
+                step: context.time_step.step,
             },
         )
     }
@@ -223,9 +224,8 @@ impl Effect for ClosingThreads {
 
 impl HalfKick for ClosingThreads {
     /// At the end of the step the body at the other end of a tether takes what the net got from it.
-    fn kick(&mut self, state: &mut State, step: f64, half: Half) -> EffectWork {
+    fn kick(&mut self, state: &mut State, _step: f64, half: Half) -> EffectWork {
         if half == Half::First {
-            self.step = step;
             return EffectWork::default();
         }
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.from_port);
@@ -251,8 +251,7 @@ impl StepObserver for ClosingThreads {
             // What nothing touches is where it will be at the end of the step.
             let port = state.bodies[index].to_local(&state.body_models[index].port);
             let velocity = state.bodies[index].velocity_at(port);
-            self.mechanism.anchor(port - self.step * velocity);
-            self.mechanism.anchor_moves(velocity);
+            self.mechanism.anchor(Anchor { position: port - self.step * velocity, velocity });
         }
         if let Some(command) = state.winch {
             self.mechanism.command(command.reel_speed, command.max_tension);

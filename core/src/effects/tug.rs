@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Parameters;
 use crate::closing::layouts::Route;
-use crate::closing::thread::{Ends, Node};
+use crate::closing::thread::{Anchor, Ends, Node};
 use crate::closing::trigger::{Trigger, TriggerWatch};
 use crate::closing::winch::Drive;
 use crate::closing::{Line, Mechanism};
@@ -123,7 +123,8 @@ impl StepObserver for Tether {
     fn start_of_step(&mut self, state: &State) {
         match self.started {
             None if self.trigger.fires(state) => {
-                self.mechanism.anchor(state.knots.position[self.centre] + self.to_winch);
+                let position = state.knots.position[self.centre] + self.to_winch;
+                self.mechanism.anchor(Anchor { position, ..Anchor::default() });
                 self.mechanism.start(&state.knots);
                 self.started = Some(state.time);
             }

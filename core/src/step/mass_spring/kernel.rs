@@ -270,7 +270,7 @@ impl ExplicitNet {
 
     /// A whole sub-step of `step` seconds in which nothing else changes velocities: kick and drift at once.
     pub fn fly(&mut self, step: f64) {
-        if self.integrator == Integrator::Symplectic {
+        if self.lags() {
             self.kick_symplectic(step, Some(step));
         } else {
             self.kick(step);

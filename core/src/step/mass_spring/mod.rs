@@ -189,6 +189,7 @@ impl MassSpring {
         bounces: bool,
     ) -> bool {
         let (pushes, mut acted) = (with.push(), false);
+        // Cables alone, as in most of a flight: their kick and the drift are one pass.
         if kick == SubstepKick::Whole && !pushes && self.reached.is_empty() && self.contacts.is_asleep() {
             state.drift_bodies(true, self.substep);
             self.net.fly(self.substep);
