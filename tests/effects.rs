@@ -271,8 +271,6 @@ fn bounds(effect: &str, solver: &str) -> [f64; 3] {
     // sub-steps of our own costs nothing, but for the moment of friction on knots that do not turn. In flight the
     // ledger of explicit cables has what their dashpots took, and the rest, 1.4e-4, is the method's own.
     match (effect, solver) {
-        // Measured 7e-3 (strands), 6e-3 (orbit), 2e-3 and less: joints and a response of ours take turns, once a step.
-        (_, "joints+impulse") => [1e-3, 1e-3, 2e-2],
         ("friction", "explicit+impulse") => [1e-3, 1e-3, 1e-3],
         // Of a step that ends otherwise than it began: measured 2e-11.
         ("drag", "explicit+impulse") => [2e-10, 1e-3, 1e-3],

@@ -71,34 +71,31 @@ pub struct BuildContext<'a> {
 }
 
 impl<'a> BuildContext<'a> {
-    /// Whether contacts of whole cables share one problem with others: of knots, where these are impulses of the same sub-step, or
-    /// of strands.
+    /// Whether contacts of whole cables share one problem with others: of knots, where impulses of ours answer these, or of strands.
     pub fn cables_share_rows(&self) -> bool {
-        if self.acts_in_substeps {
-            self.solver.contact == ContactModel::Impulse
-        } else {
-            self.share_in_turn()
+        match self.solver.contact {
+            ContactModel::Impulse => true,
+            ContactModel::Penalty => false,
+            ContactModel::Rapier => self.options.cables_touch && self.bounce_alike_in_turn(),
         }
     }
 
     /// The same of strands. Bounces of more than one kind in one problem may give energy: strands that bounce fully beside cables that do
     /// not bounce off the target made more than 1e-3 of it in 10 of 192 members, 9.4e-3 at most, for none and 3.1e-4 one after the other.
     pub fn strands_share_rows(&self) -> bool {
-        let bounce_alike = self.options.strands_touch == Some(self.solver.restitution);
-        if self.acts_in_substeps {
-            bounce_alike || self.solver.contact == ContactModel::Penalty
-        } else {
-            self.share_in_turn()
+        match (self.acts_in_substeps, self.solver.contact) {
+            (true, ContactModel::Penalty) => true,
+            (true, _) => self.options.strands_touch == Some(self.solver.restitution),
+            (false, ContactModel::Penalty) => false,
+            (false, ContactModel::Impulse) => self.bounce_alike_in_turn(),
+            (false, ContactModel::Rapier) => self.options.cables_touch && self.bounce_alike_in_turn(),
         }
     }
 
-    /// Whether those of whole cables and of strands share one, before the engine moves what they act on.
-    fn share_in_turn(&self) -> bool {
-        let (restitution, is_force) = (self.solver.restitution, self.solver.contact == ContactModel::Penalty);
-        self.options.cables_touch
-            && self.options.strands_touch == Some(restitution)
-            && restitution <= BOUNCY
-            && !is_force
+    /// Whether strands bounce as what touches the target does, and not well, before the engine moves what they act on.
+    fn bounce_alike_in_turn(&self) -> bool {
+        let restitution = self.solver.restitution;
+        self.options.strands_touch == Some(restitution) && restitution <= BOUNCY
     }
 
     /// What contacts with the target are made of; none without a target.

@@ -26,6 +26,10 @@ pub struct ContactPlane {
     pub ridge: Option<Ridge>,
     /// Impulse within the last sub-step [N s].
     pub impulse: f64,
+    /// Of that, what was given before it was answered again [N s].
+    pub given: f64,
+    /// Speed of parting that is to be foreseen beyond what is wanted, for want of it [m/s].
+    pub lacking: f64,
     /// Overlap that it was found with and that no force answers, on its way to zero [m].
     pub initial_overlap: f64,
     /// Of a force: fastest approach within this overlap so far [m/s].
@@ -100,6 +104,8 @@ impl ContactPlane {
             foot,
             ridge: None,
             impulse: 0.0,
+            given: 0.0,
+            lacking: 0.0,
             initial_overlap: 0.0,
             fastest: 0.0,
             record: empty_record(contact),
@@ -199,8 +205,8 @@ impl ContactPlane {
         let speed = normal.dot(&velocity);
         self.record.gap = self.record.gap.min(gap);
         let margin = drawn_in.map_or(0.0, |drawn_in| step * velocity.norm().max(drawn_in));
-        if gap >= margin && gap + step * speed >= 0.0 {
-            (self.impulse, self.fastest) = (0.0, 0.0);
+        if gap >= margin && gap + step * speed >= 0.0 && self.lacking == 0.0 {
+            (self.impulse, self.fastest) = (self.given, 0.0);
             return None;
         }
         Some(PlaceAtPlane { normal, arm, gap, velocity, speed })
@@ -230,6 +236,9 @@ impl ContactPlane {
             self.initial_overlap -= step * speed;
         }
         let gap = place.gap + self.initial_overlap;
+        // What cables may yet draw in within the step does not bounce before it is there.
+        let meets = gap < 0.0 || gap + step * speed < 0.0;
+        let speeds = if meets { [speed_before, speed] } else { [0.0; 2] };
         ContactRow {
             weights,
             inverse_mass: weights.inverse_mass(net),
@@ -239,8 +248,8 @@ impl ContactPlane {
             gap,
             velocity,
             speed,
-            wanted_speed: parting.wanted_speed(gap, [speed_before, speed], self.radius, pressed, step),
-            bounces: parting.bounces(gap, [speed_before, speed], self.radius),
+            wanted_speed: self.lacking + parting.wanted_speed(gap, speeds, self.radius, pressed, step),
+            bounces: parting.bounces(gap, speeds, self.radius),
             softness: 0.0,
             impulse: self.impulse,
             friction: Vector3::zeros(),

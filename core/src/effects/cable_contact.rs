@@ -8,7 +8,8 @@
 //! |---|---|
 //! | `explicit+impulse` | in every sub-step, after the cables' pull, together with those of the knots |
 //! | `explicit+penalty` | in every sub-step, after the cables' pull |
-//! | `joints+impulse`, `joints+penalty` | before every step |
+//! | `joints+impulse` | before every part of a step, together with those of the knots |
+//! | `joints+penalty` | before every step |
 //! | `joints+rapier` | before every part of a step, by our impulses: the engine has no row for two knots and a target |
 //!
 //! Friction and restitution are those of the knots' contacts. Contact is internal to net and target:

@@ -147,11 +147,12 @@ fn check_solver(scene: &Scene, problems: &mut Problems) {
             "\"impulse\" or \"penalty\": the engine answers contacts only of bodies that it moves itself",
         );
     }
-    if solver.cables == CableModel::Joints && own_contact && solver.substeps > 1 {
+    let by_force = solver.contact == ContactModel::Penalty;
+    if solver.cables == CableModel::Joints && by_force && solver.substeps > 1 {
         problems.add(
             "solver.substeps",
-            format!("{} with a contact response of our own", solver.substeps),
-            "1: such a response acts once a step of the engine; shorten solver.step_s instead",
+            format!("{} with contact by a force of our own", solver.substeps),
+            "1: such a force acts once a step of the engine; shorten solver.step_s instead",
         );
     }
     if solver.integrator == Integrator::Implicit && solver.cables != CableModel::Ancf {

@@ -8,7 +8,9 @@
 //! | a net of 0.5 mm around a panel, whole cables and knots, 16 | 6e-3, 4.5e-2 | 6e-5, 1.2e-4 |
 //! | `cube-fixed`, strands and knots, 32 | 2.8e-4, 1.1e-2 | 1.9e-5, 7e-5 |
 //!
-//! In turn with the engine the knots are its own, and known as it holds them ([`crate::contact::lookahead`]).
+//! In turn with the engine they are solved together with what it is about to do ([`crate::contact::lookahead`]), knots too where impulses of ours
+//! answer them: after the engine, which was how these did once, cables had been stretched by what they now let go of, and a free
+//! Cubesat's net took 118 000 steps of 0.025 ms for 3 s. Before it, it takes 6000, in a sixth of the time, as with the engine's own contacts.
 
 use crate::contact::gauss_seidel::{self, IterationLimits, Rubbing};
 use crate::contact::lookahead::Lookahead;

@@ -16,9 +16,9 @@ use crate::solver::{ContactModel, ELEMENT_PAIRS};
 const TOO_LONG: &str =
     "not run: the engine moves at the step of an explicit net or contact force, which takes minutes";
 
-/// Why threads make energy beside the engine's cables.
-const LATE_THREAD: &str =
-    "a thread is solved before the engine's cables, and gives back at another tension what drew it out";
+/// Why the largest net is left out where its contacts are solved together with all of its cables.
+const MANY_PASSES: &str =
+    "not run: up to 200 passes over the rows of ten thousand knots before every step take minutes";
 
 /// Why a penalty force overlaps.
 const SOFT: &str =
@@ -36,7 +36,7 @@ const OR_NONE: [(&str, f64, f64); 1] = [("overlap", 0.0, 4.0)]; // measured 0 to
 /// Why a net rises above an earlier minimum of its energy at the step that it takes by itself.
 const COARSE: &str = "the energy of cables that go taut, most of all where a contact holds or turns them, is known to some powers of the step";
 
-/// How far. Measured with joints and responses of our own 1.5e-3 to 3.7e-3, with explicit cables 1.1e-3.
+/// How far. Measured with joints and forces of our own 1.5e-3 to 1.9e-3, with explicit cables 1.1e-3.
 const RISES: [(&str, f64, f64); 1] = [("energy", 2e-4, 3e-2)];
 
 /// Why most cases are left out with elements.

@@ -95,12 +95,13 @@ impl StepBooks {
     /// What contact takes along its normals counts as lost, what friction takes does not: it is an effect,
     /// and meant to take it. Impulses of contacts on knots are weighed with the mean velocity over the step: kick by
     /// kick, what a contact pushes out and cables press back would count as lost, and hide what they make. A small
-    /// net whose cables touch a box gained so 0.19 of its launch energy.
-    pub fn error(&self, mut gain: f64, before: &State, state: &State) -> f64 {
+    /// net whose cables touch a box gained so 0.19 of its launch energy. `knots_are_given`: contacts of knots, too, are answered before the
+    /// engine moves the net, and stand in the books.
+    pub fn error(&self, mut gain: f64, before: &State, state: &State, knots_are_given: bool) -> f64 {
         gain -= self.work_of_effects + self.given_to_target;
         let ends = before.knots.velocity.iter().zip(&state.knots.velocity);
         gain -= self.given.iter().zip(ends).map(|(given, (v, w))| 0.5 * given.dot(&(v + w))).sum::<f64>();
-        for contact in state.contacts.iter().filter(|contact| contact.along.is_none()) {
+        for contact in state.contacts.iter().filter(|contact| contact.along.is_none() && !knots_are_given) {
             gain += contact.friction_loss;
             if !state.body_models[contact.body].is_free() {
                 // The work of the moving surface comes from what drives it.

@@ -1,4 +1,4 @@
-//! Contacts of our own after the engine has moved net and target without them.
+//! Forces of contact after the engine has moved net and target without them.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -6,7 +6,7 @@ use crate::contact::{ContactManager, NetMotion};
 use crate::state::{Body, Knots, State, TARGET};
 use crate::world::World;
 
-/// Solves them: the impulse acts at the start of the step, where the planes are, so it changes velocity by Δv and
+/// Applies them: the impulse acts at the start of the step, where the planes are, so it changes velocity by Δv and
 /// position by Δv h.
 pub fn solve(
     contacts: &mut ContactManager,

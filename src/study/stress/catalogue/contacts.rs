@@ -147,8 +147,7 @@ fn overlaps() -> [StressCase; 4] {
                 with_target(shot(), cube.clone(), 0.3, json!({ "mass_kg": 1.0 })),
                 json!({ "net": { "fold": { "ratio": 2e-4 } } }),
             ),
-        )
-        .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES),
+        ),
         StressCase::new(
             Theme::Overlap,
             "coincident-knots",

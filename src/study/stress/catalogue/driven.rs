@@ -2,10 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{
-    BY_CHANCE, COARSE, LATE_THREAD, OR_NONE, OVERLAPS, RISES, SOFT, TOO_LONG, net, small_capture, with,
-    with_target,
-};
+use super::{BY_CHANCE, OR_NONE, OVERLAPS, SOFT, TOO_LONG, net, small_capture, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
 
 /// The cases.
@@ -66,8 +63,7 @@ fn bounces() -> [StressCase; 5] {
             "restitution-1",
             "the same, and no bounce takes anything",
             bouncing(1.0),
-        )
-        .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES),
+        ),
         StressCase::new(
             Theme::Restitution,
             "restitution-1-friction-1",
@@ -168,8 +164,6 @@ fn thin_parts() -> [StressCase; 3] {
             "threads at 20 N close around a plate of 2 mm",
             winch,
         )
-        // Measured: 1.05e-3 of the energy at hand.
-        .limited("joints+impulse", LATE_THREAD, &[], &[("energy", 1e-4, 1e-2)])
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
     ]
     .map(|case| case.once().not_run("joints+penalty", TOO_LONG))
@@ -182,7 +176,6 @@ fn spins() -> [StressCase; 3] {
     let why = "what drives the target takes up every impulse, in the pose in which it acts";
     [
         StressCase::new(Theme::PrescribedSpin, "held-at-2-rad-s", why, held(2.0))
-            .limited("joints+impulse", COARSE, &["solver.step_s=1e-5"], &RISES)
             .not_run("joints+penalty", TOO_LONG),
         StressCase::new(Theme::PrescribedSpin, "held-at-10-rad-s", why, held(10.0)),
         StressCase::new(

@@ -2,13 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{BY_CHANCE, COARSE, LATE_THREAD, OVERLAPS, RISES, SOFT, TOO_LONG, net, with, with_target};
+use super::{BY_CHANCE, COARSE, OVERLAPS, RISES, SOFT, TOO_LONG, net, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
-
-/// Measured over the minute at the limit of 5 N: 2.1e-2 with responses of our own.
-const TURNS: [(&str, f64, f64); 1] = [("energy", 3e-4, 4e-2)];
-
-const TURN: &str = "the engine turns the body where its contacts are not its own, to first order in the step";
 
 /// The cases.
 pub fn cases() -> Vec<StressCase> {
@@ -59,7 +54,6 @@ fn spins() -> [StressCase; 4] {
             ),
         )
         .once()
-        .limited("joints+impulse", TURN, &["solver.step_s=2.5e-4"], &[("angular momentum", 5e-5, 1e-3)])
         .not_run("joints+penalty", TOO_LONG),
     ]
 }
@@ -81,7 +75,6 @@ fn jams() -> [StressCase; 3] {
             with(caught.clone(), closing("tube", 5.0)),
         )
         .once()
-        .limited("joints+impulse", LATE_THREAD, &[], &TURNS)
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &BY_CHANCE),
         StressCase::new(
             Theme::Jam,
@@ -124,6 +117,5 @@ fn million_steps() -> StressCase {
     )
     .once()
     .limited("explicit+impulse", COARSE, &["solver.step_s=1e-4"], &RISES) // measured 1.1e-3
-    .not_run("joints+impulse", TOO_LONG)
     .not_run("joints+penalty", TOO_LONG)
 }
