@@ -57,7 +57,8 @@ impl IterationLimits {
     /// capture takes no longer, for most answers end by the tolerance; with one of 1e-4 it takes a tenth more.
     pub const AHEAD: IterationLimits = IterationLimits { passes: 50, tolerance: 1e-3, rests: false };
 
-    /// The same of strands of the net: what is not solved goes through, see [`super::strands`].
+    /// The same of strands of the net: what is not solved goes through, see [`super::strands`]. And of knots that impulses of ours answer: with
+    /// 50 passes and 1e-3 a free Cubesat's net made 7e-4 in the middle of four and 2.4e-3 at most, 2e-4 so.
     pub const AHEAD_OF_STRANDS: IterationLimits =
         IterationLimits { passes: 200, tolerance: 1e-4, rests: true };
 
