@@ -75,10 +75,12 @@ impl ContactSettings<'_> {
         let solver = ContactSolver { normal, friction: self.friction, coupled };
         // What others press in is not to be pushed out against all their tension: at a metre a second a free Cubesat's net whose
         // strands touch made 2e-3 to 4e-3 of the energy at hand at once, in 2 of 32 members.
-        let push_out = match self.more_touches {
-            _ if ahead => PushOut::of_knots_ahead(self.net.launch_energy()),
-            true => PushOut::of_pressed_knots(self.net.launch_energy()),
-            false => PushOut::Speed(woodbury::PUSH_OUT),
+        let push_out = if ahead {
+            PushOut::of_knots_ahead(self.net.launch_energy())
+        } else if self.more_touches {
+            PushOut::of_pressed_knots(self.net.launch_energy())
+        } else {
+            PushOut::Speed(woodbury::PUSH_OUT)
         };
         let parting = Parting {
             restitution: self.solver.restitution,
@@ -158,6 +160,11 @@ impl ContactManager {
         matches!(self, ContactManager::Engine(_))
     }
 
+    /// Whether impulses of ours answer, with restitution.
+    pub fn bounce(&self) -> bool {
+        self.own().is_some_and(SurfaceContacts::bounce)
+    }
+
     /// Whether impulses of ours answer.
     pub fn is_by_impulse(&self) -> bool {
         self.own().is_some_and(|own| !own.is_force())
@@ -169,8 +176,12 @@ impl ContactManager {
     }
 
     /// Forgets the contacts of the step before, or of one that is done again.
-    pub fn begin(&mut self, state: &mut State) {
+    pub fn begin(&self, state: &mut State) {
         state.contacts.clear();
+    }
+
+    /// Forgets what was answered since the start of the step, which is done again.
+    pub fn rollback(&mut self) {
         if let ContactManager::Own(own) = self {
             own.forget();
         }
@@ -179,13 +190,10 @@ impl ContactManager {
     /// Whether impulses of ours gave knots too little for a part of `step` seconds in which the engine moved them from `start` to `end`: see
     /// [`SurfaceContacts::lacks`].
     pub fn lacks(&mut self, start: &State, end: &State, step: f64) -> bool {
-        match self {
-            ContactManager::Own(own) if !own.is_force() => {
-                let bodies = [&start.bodies[TARGET], &end.bodies[TARGET]];
-                own.lacks([&start.knots, &end.knots], bodies, step)
-            }
-            _ => false,
-        }
+        self.by_impulse().is_some_and(|own| {
+            let bodies = [&start.bodies[TARGET], &end.bodies[TARGET]];
+            own.lacks([&start.knots, &end.knots], bodies, step)
+        })
     }
 
     /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.
@@ -204,8 +212,13 @@ impl ContactManager {
 
     /// Rows of the knots, where impulses of ours answer them.
     pub fn row_source(&mut self) -> Option<&mut dyn RowSource> {
+        self.by_impulse().map(|own| own as &mut dyn RowSource)
+    }
+
+    /// A solver of ours that answers by impulses.
+    fn by_impulse(&mut self) -> Option<&mut SurfaceContacts> {
         match self {
-            ContactManager::Own(own) if !own.is_force() => Some(own.as_mut()),
+            ContactManager::Own(own) if !own.is_force() => Some(own),
             _ => None,
         }
     }

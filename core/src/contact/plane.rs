@@ -133,6 +133,7 @@ impl ContactPlane {
     /// Forgets the step before.
     pub fn begin_step(&mut self) {
         self.record = empty_record(&self.record);
+        (self.given, self.lacking) = (0.0, 0.0);
         self.work = ContactWork::default();
         self.has_turned = false;
     }

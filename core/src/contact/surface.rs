@@ -67,6 +67,8 @@ pub struct SurfaceContacts {
     lag: f64,
     /// Whether they are answered for a second time, or a third, for the same (sub-)step.
     again: bool,
+    /// Whether they were, so that planes hold what they lacked.
+    was_again: bool,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
 }
@@ -114,6 +116,7 @@ impl SurfaceContacts {
             step: f64::MIN_POSITIVE,
             lag: 0.5,
             again: false,
+            was_again: false,
             n_detections: 0,
         }
     }
@@ -251,10 +254,13 @@ impl SurfaceContacts {
         let last = std::mem::replace(&mut self.step, step);
         let share = (step / last).min(1.0);
         let again = std::mem::take(&mut self.again);
-        for &plane in &self.awake {
-            let plane = &mut self.planes[plane];
-            plane.given = if again { plane.impulse } else { 0.0 };
-            plane.lacking = if again { plane.lacking } else { 0.0 };
+        let was_again = std::mem::replace(&mut self.was_again, again);
+        if again || was_again {
+            for &plane in &self.awake {
+                let plane = &mut self.planes[plane];
+                plane.given = if again { plane.impulse } else { 0.0 };
+                plane.lacking = if again { plane.lacking } else { 0.0 };
+            }
         }
         self.find_rows(net, body, [last, step]);
         for row in &mut self.rows {
@@ -285,6 +291,11 @@ impl SurfaceContacts {
                 plane.record.force = plane.record.force.max(row.impulse / step);
             }
         }
+    }
+
+    /// Whether what it keeps out bounces.
+    pub fn bounce(&self) -> bool {
+        self.rules.parting.restitution > 0.0
     }
 
     /// Whether overlaps are answered by a force.

@@ -80,7 +80,6 @@ impl Method for Explicit {
         Box::new(MassSpring {
             contacts: ContactManager::new(settings.as_ref()),
             shared: SharedContacts::new(context),
-            bounces: context.solver.restitution > 0.0,
             ..MassSpring::new(context, context.time_step)
         })
     }
@@ -99,8 +98,6 @@ pub struct MassSpring {
     touched: Vec<bool>,
     /// Velocities before the cables pulled in this sub-step [m/s]; kept where contacts bounce.
     unkicked: Vec<Vector3<f64>>,
-    /// Whether contacts with the target bounce.
-    bounces: bool,
     /// Whether velocities are those of the time of the positions, where a field acts: not where a method lets them lag.
     in_time: bool,
     /// Whether velocities were behind positions before the sub-step, by the integrator.
@@ -134,7 +131,6 @@ impl MassSpring {
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
             unkicked: Vec::new(),
-            bounces: false,
             in_time: false,
             substep,
             n_substeps: time_step.substeps,
@@ -287,7 +283,7 @@ impl Stepper for MassSpring {
         // One more than may be: those end it.
         let tried = self.net.tried();
         self.net.allow(self.cuts.begin().saturating_add(1));
-        let bounces = self.bounces || with.bounce();
+        let bounces = self.contacts.bounce() || with.bounce();
         if state.step == 0 {
             self.in_time = with.kick_knots();
         }

@@ -101,7 +101,10 @@ impl StepBooks {
         gain -= self.work_of_effects + self.given_to_target;
         let ends = before.knots.velocity.iter().zip(&state.knots.velocity);
         gain -= self.given.iter().zip(ends).map(|(given, (v, w))| 0.5 * given.dot(&(v + w))).sum::<f64>();
-        for contact in state.contacts.iter().filter(|contact| contact.along.is_none() && !knots_are_given) {
+        if knots_are_given {
+            return gain;
+        }
+        for contact in state.contacts.iter().filter(|contact| contact.along.is_none()) {
             gain += contact.friction_loss;
             if !state.body_models[contact.body].is_free() {
                 // The work of the moving surface comes from what drives it.

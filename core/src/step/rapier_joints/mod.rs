@@ -109,8 +109,6 @@ pub struct RapierJoints {
     cuts: Cuts,
     /// Contacts of effects that bring rows, and of knots where these do.
     shared: SharedContacts,
-    /// Whether any of them bounce.
-    bounces: bool,
     /// What effects gave within the step.
     books: StepBooks,
     /// The step's and a part's start; kept for their memory.
@@ -164,7 +162,6 @@ impl RapierJoints {
             substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST)),
             most_with_contacts: most_parts(context, 1.0),
             shared: SharedContacts::new(context),
-            bounces: !by_engine && solver.restitution > 0.0,
             books: StepBooks::default(),
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
             starts: Default::default(),
@@ -250,6 +247,7 @@ impl RapierJoints {
             state.clone_from(&self.starts[0]);
             self.answered.clone_from(&self.answered_before);
             self.world.write(state);
+            self.contacts.rollback();
             with.rollback();
             cuts += 1;
         }
@@ -424,7 +422,7 @@ impl RapierJoints {
             let mut net = MarkedKnots { knots, before, inverse_mass, touched };
             self.shared.solve(&mut self.contacts, with, &mut net, bodies, step);
         }
-        if (with.bounce() || self.bounces) && !again {
+        if !again && (with.bounce() || self.contacts.bounce()) {
             self.answered.clone_from(&state.knots.velocity);
         }
         let mut work = 0.0;
