@@ -60,6 +60,36 @@ fn every_scene_survives_being_written_and_read() {
     }
 }
 
+/// Whatever pair runs it: a frame that comes at another time is one that no other run has. Explicit cables take the step that they are
+/// given as the longest of their sub-steps.
+#[test]
+fn frames_come_when_the_scene_asks_for_them() {
+    let pairs = [
+        ("joints", "rapier"),
+        ("joints", "impulse"),
+        ("joints", "penalty"),
+        ("explicit", "impulse"),
+        ("explicit", "penalty"),
+    ];
+    let mut faults = Vec::new();
+    for name in Kind::Scene.names() {
+        for (cables, contact) in pairs {
+            for given in
+                ["null", "2.7e-6"].into_iter().filter(|given| *given == "null" || cables == "explicit")
+            {
+                let set = [("cables", cables), ("contact", contact), ("step_s", given)];
+                let changes = set.map(|(key, value)| format!("solver.{key}={value}"));
+                let case = Case::load(name, &changes).unwrap_or_else(|problems| panic!("{problems}"));
+                let steps = case.scene().output.sample_s.0 / case.time_step().step;
+                if (steps - steps.round()).abs() > 1e-9 * steps {
+                    faults.push(format!("{name}, {cables}+{contact}, {given}: {steps} steps a frame"));
+                }
+            }
+        }
+    }
+    assert_eq!(faults, Vec::<String>::new());
+}
+
 #[test]
 fn everything_built_in_says_where_it_comes_from() {
     for (kind, folder, ending) in FOLDERS {

@@ -138,15 +138,19 @@ pub fn calibrate(source: &Source, own: &[String], accuracy: Accuracy) -> Result<
             return Ok(Calibration { changes, error_m, until_s, flight_s, measured, spent_s, run_s });
         }
     }
-    let more = if unpaid > 0 {
-        format!("; {unpaid} finer ones cost more than a calibration may, {}", advice::seconds(allowed))
-    } else {
-        String::new()
+    let may = advice::seconds(allowed);
+    let rule = match (measured, unpaid) {
+        (0, 0) => "no accuracy: no flight of this scene can be set against a fine one".to_owned(),
+        (0, _) => format!("no accuracy: each of {unpaid} settings costs more than a calibration may, {may}"),
+        (_, 0) => format!(
+            "at least {}, the best of {measured} settings measured on this scene",
+            advice::length(finest)
+        ),
+        _ => format!(
+            "at least {}, the best of {measured} settings measured on this scene; {unpaid} finer ones cost more than a calibration may, {may}",
+            advice::length(finest)
+        ),
     };
-    let rule = format!(
-        "at least {}, the best of {measured} settings measured on this scene{more}",
-        advice::length(finest)
-    );
     Err(refused(wanted, rule))
 }
 
@@ -330,14 +334,13 @@ fn candidate(source: &Source, own: &[String], changes: Vec<String>, end: f64) ->
         flown.set(&[format!("output.sample_s={sample}")]).ok()?;
     }
     let case = Case::build_point(&flown).ok()?;
-    let forecast = |case: &Case| budget::forecast(case, &Work::default());
     let cost = if case.scene().solver.flight == Flight::Explicit {
         // Until the first contact that is all there is.
         let explicit = ["solver.cables=explicit", "solver.contact=impulse", "solver.flight=cables"];
         flown.set(&explicit.map(str::to_owned)).ok()?;
-        forecast(&Case::build_point(&flown).ok()?)
+        budget::forecast_flight(&Case::build_point(&flown).ok()?)
     } else {
-        forecast(&case)
+        budget::forecast_flight(&case)
     };
     Some(Candidate { changes, case, cost })
 }

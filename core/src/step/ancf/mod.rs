@@ -95,7 +95,8 @@ impl Method for CableElements {
         });
         let found = found.min(demands.thin_step()).min(demands.pulled_step());
         if is_implicit {
-            let step = given.unwrap_or(IMPLICIT_STEP.min(demands.sample).min(found));
+            let step =
+                given.unwrap_or_else(|| demands.in_frames(IMPLICIT_STEP.min(demands.sample).min(found)));
             // Sub-steps for contacts and threads, where there may be any.
             let acts = demands.target.is_some() || demands.options.has_constraints;
             let substeps = if acts { (step / own).ceil().max(1.0) as u32 } else { 1 };
@@ -106,7 +107,7 @@ impl Method for CableElements {
                 written: step,
             };
         }
-        let step = JOINTS_STEP.min(demands.sample).min(found).max(substep);
+        let step = demands.in_frames(JOINTS_STEP.min(demands.sample).min(found).max(substep));
         let chosen = TimeStep { step, substeps: (step / substep).ceil().max(1.0) as u32 };
         StepLimits { stable, safe, chosen, written: step / f64::from(chosen.substeps) }
     }
