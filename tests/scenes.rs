@@ -75,7 +75,7 @@ fn frames_come_when_the_scene_asks_for_them() {
     for name in Kind::Scene.names() {
         for (cables, contact) in pairs {
             for given in
-                ["null", "2.7e-6"].into_iter().filter(|given| *given == "null" || cables == "explicit")
+                ["null", "1.3e-6"].into_iter().filter(|given| *given == "null" || cables == "explicit")
             {
                 let set = [("cables", cables), ("contact", contact), ("step_s", given)];
                 let changes = set.map(|(key, value)| format!("solver.{key}={value}"));
