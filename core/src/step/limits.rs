@@ -46,7 +46,7 @@ pub struct Demands<'a> {
 impl Demands<'_> {
     /// The longest step of at most `longest` [s] that meets every frame; as it is where it is longer than they are apart.
     ///
-    /// A step that follows from how thick or how fast something is meets none: of a stage frames came 20.086 ms apart for 20,
+    /// A step that follows from how thick or how fast something is meets none: of Envisat frames came 20.086 ms apart for 20,
     /// and a run of another method, or a finer one, had none at the same times to be compared with.
     pub fn in_frames(&self, longest: f64) -> f64 {
         let steps = self.sample / longest;
