@@ -56,10 +56,12 @@ fn kept_but_for(what: &str, case: &Case, overlap: f64, created: f64) -> Run {
 fn impulses_keep_momentum_make_no_energy_and_leave_nothing_inside() {
     kept("impulse", &capture(json!({})), 0.5);
     let undamped = capture(json!({ "net": { "cable": { "damping_ratio": 0.0 } } }));
-    // One run is one of many: 1.04e-3 here, 4.3e-4 in the middle of twelve, 8.5e-4 at most.
-    kept_but_for("undamped", &undamped, 0.5, 3e-3);
-    let [_, middle, _] = spread(&ensemble(&undamped, 5), "conservation.energy_created");
-    below("undamped, energy created in the middle", middle, 1e-3);
+    // One run is one of many: 1.04e-3 here, 4.3e-4 in the middle of twelve perturbed ones, 8.5e-4 at most. Half the step makes
+    // a third of that, a quarter a twentieth.
+    kept_but_for("undamped", &undamped, 0.5, 2e-3);
+    let [_, middle, largest] = spread(&ensemble(&undamped, 5), "conservation.energy_created");
+    below("undamped, energy created in the middle of five", middle, 1e-3);
+    below("undamped, at most", largest, 2e-3);
     let rubbed =
         json!({ "effects": { "friction": { "coefficient": 0.3 } }, "solver": { "restitution": 0.5 } });
     kept("friction and restitution", &capture(rubbed), 0.5);

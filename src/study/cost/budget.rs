@@ -106,12 +106,10 @@ fn price_without_effects(case: &Case, work: &Work) -> f64 {
 /// contacts at a time, whatever the method, and where the engine moved the cables it cuts as many parts again: a stiff net
 /// took fifty times those of a flight.
 pub fn forecast(case: &Case, known: &Work) -> f64 {
-    let steps = case.n_steps();
     let contacts_a_step = known.contacts as f64 / known.steps.max(1) as f64;
-    let method = step::method(&case.scene().solver);
-    let mut work = method.forecast(case.net().cables.len(), steps, case.time_step());
-    work.contacts = (contacts_a_step * steps as f64) as u64;
-    if known.cable_rows > 0 && !method.acts_in_substeps() {
+    let mut work = work_in_flight(case);
+    work.contacts = (contacts_a_step * work.steps as f64) as u64;
+    if known.cable_rows > 0 && !step::method(&case.scene().solver).acts_in_substeps() {
         work.substeps = work.substeps.max(known.substeps);
         work.sweeps = work.sweeps.max(known.sweeps);
         work.cable_rows = work.cable_rows.max(known.cable_rows);
@@ -121,9 +119,12 @@ pub fn forecast(case: &Case, known: &Work) -> f64 {
 
 /// What a run of `case` will cost that ends before net and target meet, where effects have little to do [s].
 pub fn forecast_flight(case: &Case) -> f64 {
-    let method = step::method(&case.scene().solver);
-    let work = method.forecast(case.net().cables.len(), case.n_steps(), case.time_step());
-    price_without_effects(case, &work)
+    price_without_effects(case, &work_in_flight(case))
+}
+
+/// What the method of `case` will count if nothing touches.
+fn work_in_flight(case: &Case) -> Work {
+    step::method(&case.scene().solver).forecast(case.net().cables.len(), case.n_steps(), case.time_step())
 }
 
 /// Steps of the event-located flight of `net` that `seconds` pay for.
@@ -142,13 +143,17 @@ pub fn shortest_step(net: &Net, duration: f64, solver: &Solver, seconds: f64) ->
 mod tests {
     use super::*;
 
+    const EXPLICIT: [&str; 2] = ["solver.cables=explicit", "solver.contact=impulse"];
+
+    /// The free Cubesat with `changes`.
+    fn cubesat(changes: &[&str]) -> Case {
+        let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+        Case::load("cubesat-free", &changes).unwrap()
+    }
+
     /// What the capture of the free Cubesat counted, and about what it cost on a quiet core: 0.98 and 0.12 s.
     #[test]
     fn prices_are_those_of_a_quiet_core() {
-        let of = |changes: &[&str]| {
-            let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
-            Case::load("cubesat-free", &changes).unwrap()
-        };
         let joints = Work {
             steps: 6000,
             substeps: 6893,
@@ -159,12 +164,12 @@ mod tests {
             contacts: 223_302,
             ..Work::default()
         };
-        let as_written = of(&[]);
+        let as_written = cubesat(&[]);
         let price_of_joints = price(&as_written, &joints);
         assert!((0.65..1.5).contains(&price_of_joints), "{price_of_joints} s");
         let explicit =
             Work { steps: 6000, substeps: 42_000, detections: 359, contacts: 257_069, ..Work::default() };
-        let case = of(&["solver.cables=explicit", "solver.contact=impulse"]);
+        let case = cubesat(&EXPLICIT);
         let price_of_explicit = price(&case, &explicit);
         assert!((0.08..0.2).contains(&price_of_explicit), "{price_of_explicit} s");
         // A forecast knows how often the scene touches, and no more.
@@ -177,21 +182,12 @@ mod tests {
     /// What small nets counted: mostly sub-steps, whatever the net, and a thread's. 0.68 and 0.98 s of a core twice as slow.
     #[test]
     fn a_small_net_has_its_price_too() {
-        let of = |meshes: &str, effects: &str| {
-            let changes = [
-                "solver.cables=explicit",
-                "solver.contact=impulse",
-                &format!("net.meshes={meshes}"),
-                &format!("effects={effects}"),
-            ];
-            Case::load("cubesat-free", &changes.map(str::to_owned)).unwrap()
-        };
-        let thread = r#"{"closing": {"layout": "tube", "trigger": {"on": "contact"}, "reel_speed_m_s": 0.5, "max_tension_n": 1}}"#;
-        for (case, substeps, seconds) in
-            [(of("[6, 1]", "{}"), 1_250_400, 0.3), (of("[1, 7]", thread), 585_000, 0.5)]
+        let thread = r#"effects.closing={"layout": "tube", "trigger": {"on": "contact"}, "reel_speed_m_s": 0.5, "max_tension_n": 1}"#;
+        for (changes, substeps, seconds) in
+            [(vec!["net.meshes=[6,1]"], 1_250_400, 0.3), (vec!["net.meshes=[1,7]", thread], 585_000, 0.5)]
         {
             let work = Work { steps: 2400, substeps, ..Work::default() };
-            let ratio = price(&case, &work) / seconds;
+            let ratio = price(&cubesat(&[EXPLICIT.as_slice(), &changes].concat()), &work) / seconds;
             assert!((0.5..2.0).contains(&ratio), "{ratio}");
         }
     }
@@ -199,16 +195,13 @@ mod tests {
     /// What a stiff net was cut into is foreseen for its other steps, and not for explicit cables.
     #[test]
     fn parts_that_were_cut_will_be_cut_again() {
-        let of = |changes: &[&str]| {
-            let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
-            Case::load("cubesat-free", &changes).unwrap()
-        };
         let flown =
             Work { steps: 6000, substeps: 6893, sweeps: 37_174, cable_rows: 893_367, ..Work::default() };
         let cut = Work { substeps: 300_000, sweeps: 1_300_000, cable_rows: 40_000_000, ..flown.clone() };
-        let grows = |changes: &[&str]| forecast(&of(changes), &cut) / forecast(&of(changes), &flown);
+        let grows =
+            |changes: &[&str]| forecast(&cubesat(changes), &cut) / forecast(&cubesat(changes), &flown);
         assert!(grows(&["solver.step_s=0.00025"]) > 10.0);
-        assert_eq!(grows(&["solver.cables=explicit", "solver.contact=impulse"]), 1.0);
+        assert_eq!(grows(&EXPLICIT), 1.0);
     }
 
     #[test]

@@ -139,17 +139,15 @@ pub fn calibrate(source: &Source, own: &[String], accuracy: Accuracy) -> Result<
         }
     }
     let may = advice::seconds(allowed);
+    let best = || {
+        let least = advice::length(finest);
+        format!("at least {least}, the best of {measured} settings measured on this scene")
+    };
     let rule = match (measured, unpaid) {
         (0, 0) => "no accuracy: no flight of this scene can be set against a fine one".to_owned(),
         (0, _) => format!("no accuracy: each of {unpaid} settings costs more than a calibration may, {may}"),
-        (_, 0) => format!(
-            "at least {}, the best of {measured} settings measured on this scene",
-            advice::length(finest)
-        ),
-        _ => format!(
-            "at least {}, the best of {measured} settings measured on this scene; {unpaid} finer ones cost more than a calibration may, {may}",
-            advice::length(finest)
-        ),
+        (_, 0) => best(),
+        _ => format!("{}; {unpaid} finer ones cost more than a calibration may, {may}", best()),
     };
     Err(refused(wanted, rule))
 }
