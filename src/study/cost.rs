@@ -213,6 +213,7 @@ pub fn run(
     bench.repeat(&mut budget, |what| tell(what, (shares.reference + shares.survey) * whole));
     spent += shares.repeats * whole - budget.left();
     let measured = bench.measured();
+    let prices: Vec<f64> = (0..settings.len()).map(|place| bench.price_of(place)).collect();
 
     tell("stability", spent);
     let opened = crate::metrics::deployment::Deployment::of(&base, &first).deployment_time_s;
@@ -238,7 +239,7 @@ pub fn run(
     };
     if base.target().is_some() {
         let seed = request.seed;
-        let asked = verdicts::Asked { seed, seconds: whole - spent, work };
+        let asked = verdicts::Asked { seed, seconds: whole - spent, work, prices: &prices };
         study.verdicts =
             verdicts::distributions(source, &base, &settings, &asked, store, &mut |what| tell(what, spent));
     }

@@ -6,8 +6,9 @@ use super::budget::{self, Budget};
 use super::dials::DialSetting;
 use super::errors::Evaluation;
 use super::reference::{Reference, Window};
-use super::timing::{Cost, timed};
+use super::timing::{Cost, timed_while};
 use super::{MeasuredSetting, Store, front_of, knot_radius};
+use crate::case::Case;
 use crate::problems::Problem;
 use crate::work::Work;
 
@@ -19,6 +20,10 @@ const REPEATS: usize = 9;
 
 /// Settings off the front that are repeated: those within this factor of its cost at their error [-].
 const NEAR: f64 = 1.5;
+
+/// A run is ended that costs this many times what was foreseen: a stiff net may be cut into parts that nothing foretold, and
+/// took 150 s of a study of 20 s [-].
+const OVERRUN: f64 = 4.0;
 
 /// One measurement of one setting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +43,8 @@ pub struct BenchmarkRunner<'a, S> {
     store: &'a S,
     samples: Vec<Vec<Sample>>,
     left_out: Vec<Option<String>>,
+    /// Whether a run was ended for what it costs.
+    overran: Vec<bool>,
     /// Work of the scene as written, for forecasts.
     written: &'a Work,
 }
@@ -50,8 +57,9 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
         store: &'a S,
         written: &'a Work,
     ) -> Self {
-        let (samples, left_out) = (vec![Vec::new(); settings.len()], vec![None; settings.len()]);
-        BenchmarkRunner { settings, reference, store, samples, left_out, written }
+        let n = settings.len();
+        let (samples, left_out, overran) = (vec![Vec::new(); n], vec![None; n], vec![false; n]);
+        BenchmarkRunner { settings, reference, store, samples, left_out, overran, written }
     }
 
     /// Each setting once, the cheapest first, as far as the budget goes.
@@ -75,8 +83,7 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
     pub fn repeat(&mut self, budget: &mut Budget, mut tell: impl FnMut(&str)) {
         for repeat in 1..REPEATS {
             for place in self.near_front() {
-                let cost = self.samples[place].last().map_or(0.0, |sample| self.price(place, sample));
-                if self.samples[place].len() == repeat && budget.covers(cost) {
+                if self.samples[place].len() == repeat && budget.covers(self.price_of(place)) {
                     tell(&format!("{}, repeat {}", self.settings[place].label, repeat + 1));
                     self.measure(place, budget);
                 }
@@ -106,22 +113,46 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
         self.store.known(case, "measured", number).filter(|sample: &Sample| sample.windows == self.windows())
     }
 
+    /// Runs a setting once more, unless it turns out far dearer than foreseen: the scene as written to its end.
     fn measure(&mut self, place: usize, budget: &mut Budget) {
         let Ok(case) = &self.settings[place].case else { return };
         let number = self.samples[place].len();
-        let sample = self.known(place, number).unwrap_or_else(|| {
-            let (run, seconds) = timed(case);
-            let outcome = run.map(|run| Evaluation::of(case, &run, self.reference));
-            let sample = Sample {
-                windows: self.windows(),
-                cost: seconds / case.scene().duration_s.0,
-                outcome: outcome.map_err(|failure| failure.to_string()),
-            };
+        let allowed = match place {
+            0 => f64::INFINITY,
+            _ => budget.left().min(OVERRUN * self.forecast(place)),
+        };
+        let measured = || {
+            let sample = self.sample(case, allowed)?;
             self.store.keep(case, "measured", number, &sample);
-            sample
-        });
+            Some(sample)
+        };
+        let Some(sample) = self.known(place, number).or_else(measured) else {
+            self.left_out[place] = Some(format!("{LEFT_OUT}: more than {allowed:.1} s"));
+            self.overran[place] = true;
+            budget.spend(allowed);
+            return;
+        };
         budget.spend(self.price(place, &sample));
         self.samples[place].push(sample);
+    }
+
+    /// A run of a setting that costs at most `allowed` by its counts [s]; none where it costs more.
+    fn sample(&self, case: &Case, allowed: f64) -> Option<Sample> {
+        let (run, seconds) = timed_while(case, |work| budget::price(case, work) <= allowed);
+        let outcome = match run {
+            Ok(run) => Ok(Evaluation::of(case, &run?, self.reference)),
+            Err(failure) => Err(failure.to_string()),
+        };
+        Some(Sample { windows: self.windows(), cost: seconds / case.scene().duration_s.0, outcome })
+    }
+
+    /// What a run of a setting costs, by the counts of one where there is one, and else as foreseen [s]; infinite where it was ended.
+    pub fn price_of(&self, place: usize) -> f64 {
+        match self.samples[place].last() {
+            Some(sample) => self.price(place, sample),
+            None if self.overran[place] => f64::INFINITY,
+            None => self.forecast(place),
+        }
     }
 
     /// Places of the fronts, and of settings not much dearer than what these offer at their error.
@@ -182,5 +213,54 @@ impl MeasuredSetting {
             },
             fronts: Vec::new(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Source;
+    use crate::study::cost::dials;
+    use serde::Serialize;
+    use serde::de::DeserializeOwned;
+
+    /// Keeps nothing.
+    struct Forgetful;
+
+    impl Store for Forgetful {
+        fn known<T: DeserializeOwned>(&self, _: &Case, _: &str, _: usize) -> Option<T> {
+            None
+        }
+        fn keep<T: Serialize>(&self, _: &Case, _: &str, _: usize, _: &T) {}
+    }
+
+    /// What turns out dearer than what is left is ended and has no price that could be paid; the scene as written runs to its end, and so
+    /// does what is cheap enough, to the bits of a run of its own.
+    #[test]
+    fn a_run_far_dearer_than_foreseen_is_ended() {
+        let changes = ["net.meshes=[1,1]", "duration_s=0.4", "expect=null"].map(str::to_owned);
+        let mut source = Source::find("cubesat-free").unwrap();
+        source.set(&changes).unwrap();
+        let base = Case::build(&source).unwrap();
+        let (settings, nothing) = (dials::settings(&source, &base), Work::default());
+        let place = settings.iter().position(|setting| setting.label == "joints 1 ms").unwrap();
+        let case = settings[place].case.as_ref().unwrap();
+        let mut bench = BenchmarkRunner::new(&settings, None, &Forgetful, &nothing);
+        let forecast = bench.price_of(place);
+        assert!(forecast > 0.0 && forecast.is_finite());
+
+        let mut budget = Budget::new(1e-6);
+        bench.measure(place, &mut budget);
+        bench.measure(0, &mut budget);
+        let measured = bench.measured();
+        let told = measured[place].without.as_ref().unwrap();
+        assert!(told.starts_with(LEFT_OUT) && bench.price_of(place).is_infinite(), "{told}");
+        assert!(measured[0].cost.is_some() && bench.price_of(0).is_finite() && budget.left() == 0.0);
+
+        let mut bench = BenchmarkRunner::new(&settings, None, &Forgetful, &nothing);
+        bench.measure(place, &mut Budget::new(1e3));
+        let (price, counts) = (bench.price_of(place), bench.measured()[place].worth.clone().unwrap().counts);
+        assert_eq!(counts.work().substeps, crate::run::Run::of(case, |_| {}).unwrap().work.substeps);
+        assert!((0.2..4.0).contains(&(price / forecast)), "{price} for {forecast}");
     }
 }

@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
 use crate::failure::Failure;
-use crate::run::Run;
+use crate::run::{Recorder, Run};
+use crate::simulation::Simulation;
 use crate::study::ensemble::Quartiles;
+use crate::work::Work;
 
 /// Runs `case` on this thread; the run, and its processor time [s].
 ///
@@ -17,6 +19,25 @@ pub fn timed(case: &Case) -> (Result<Run, Failure>, f64) {
     let clock = ThreadTime::now();
     let run = Run::of(case, |_| {});
     (run, clock.elapsed().as_secs_f64())
+}
+
+/// The same while what it counted is `covered`, as it is asked at every frame; no run where it is not.
+pub fn timed_while(case: &Case, covered: impl Fn(&Work) -> bool) -> (Result<Option<Run>, Failure>, f64) {
+    let clock = ThreadTime::now();
+    let run = while_covered(case, covered);
+    (run, clock.elapsed().as_secs_f64())
+}
+
+fn while_covered(case: &Case, covered: impl Fn(&Work) -> bool) -> Result<Option<Run>, Failure> {
+    let mut simulation = Simulation::new(case);
+    let mut recorder = Recorder::start(case, &mut simulation, case.scene().duration_s.0);
+    while !recorder.is_full() {
+        simulation.step()?;
+        if recorder.record(case, &mut simulation) && !covered(&simulation.work) {
+            return Ok(None);
+        }
+    }
+    Ok(Some(recorder.finish(case, &mut simulation)))
 }
 
 /// Processor time per simulated second over repeats.

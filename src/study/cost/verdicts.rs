@@ -108,8 +108,10 @@ pub struct Asked<'a> {
     pub seed: u64,
     /// What they may cost (see [`super::budget`]) [s].
     pub seconds: f64,
-    /// Work of the scene as written, for forecasts.
+    /// Work of the scene as written, for the forecast of the finest.
     pub work: &'a Work,
+    /// What a run of each setting costs [s]; infinite where it was ended for that.
+    pub prices: &'a [f64],
 }
 
 /// The distributions of the settings that may make a difference after contact, as many members of each
@@ -129,16 +131,17 @@ pub fn distributions(
     let half = base.scene().solver.step_s.map_or(base.time_step().step, |step| step.0) / 2.0;
     let mut finer = source.clone();
     let finer = finer.set(&[format!("solver.step_s={half:e}")]).and_then(|()| Case::build(&finer));
-    let finest = finer.as_ref().map(|case| ("as written, half the step", case));
-    let matters = |setting: &&DialSetting| {
+    let finest = finer.as_ref().map(|case| ("as written, half the step", case, forecast(case, asked.work)));
+    let matters = |setting: &DialSetting| {
         setting.kind != DialKind::Method
             || FAMILIES.contains(&setting.family)
             || COARSE.contains(&setting.label.as_str())
     };
-    let others = settings.iter().filter(matters);
-    let others = others.filter_map(|setting| Some((setting.label.as_str(), setting.case.as_ref().ok()?)));
-    let all: Vec<(&str, &Case)> = finest.into_iter().chain(others).collect();
-    let (cases, members) = affordable(all, asked);
+    let others =
+        settings.iter().zip(asked.prices).filter(|(setting, price)| matters(setting) && price.is_finite());
+    let others = others
+        .filter_map(|(setting, price)| Some((setting.label.as_str(), setting.case.as_ref().ok()?, *price)));
+    let (cases, members) = affordable(finest.into_iter().chain(others).collect(), asked.seconds);
 
     let request = EnsembleRequest { members, perturb_m: PERTURB, seed: asked.seed, at_most_s: None };
     let mut round = 0;
@@ -183,21 +186,23 @@ fn judged(members: &[VerdictMember]) -> Vec<(Capture, f64)> {
     ends.map(|end| (end.capture, end.end_s)).collect()
 }
 
-/// The cases and the number of members of each that `asked.seconds` pay for: of all cases, or of those that are left
-/// when the dearest, but never the first, are taken out until there are [`MIN_MEMBERS`]; of two at least two.
+/// The cases and the number of members of each that `seconds` pay for, by the price of each: of all cases, or of those that are
+/// left when the dearest, but never the first, are taken out until there are [`MIN_MEMBERS`]; of two at least two.
 fn affordable<'a>(
-    mut cases: Vec<(&'a str, &'a Case)>,
-    asked: &Asked<'_>,
+    mut cases: Vec<(&'a str, &'a Case, f64)>,
+    seconds: f64,
 ) -> (Vec<(&'a str, &'a Case)>, usize) {
     loop {
-        let costs: Vec<f64> = cases.iter().map(|(_, case)| forecast(case, asked.work)).collect();
-        let members = (asked.seconds / costs.iter().sum::<f64>()) as usize;
-        let dearest = (1..cases.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+        let members = (seconds / cases.iter().map(|(.., price)| price).sum::<f64>()) as usize;
+        let dearest = (1..cases.len()).max_by(|&a, &b| cases[a].2.total_cmp(&cases[b].2));
         match dearest {
             Some(dearest) if members < MIN_MEMBERS && cases.len() > 2 => {
                 cases.remove(dearest);
             }
-            _ => return (cases, members.clamp(2, MAX_MEMBERS)),
+            _ => {
+                let cases = cases.into_iter().map(|(label, case, _)| (label, case)).collect();
+                return (cases, members.clamp(2, MAX_MEMBERS));
+            }
         }
     }
 }
