@@ -53,7 +53,7 @@ use crate::step::stepper::{Method, Stepper};
 use crate::work::Work;
 use kernel::element_net;
 use march::AncfMarch;
-use stability::{SAFE, stable_step, stable_with_contact, throwing_step};
+use stability::{safe_share, stable_step, stable_with_contact, throwing_step};
 
 /// Cables as elements.
 pub struct CableElements;
@@ -83,7 +83,7 @@ impl Method for CableElements {
     fn limits(&self, demands: &Demands<'_>) -> StepLimits {
         let ancf = demands.solver.ancf.unwrap_or_default();
         let stable = stable_with_contact(stable_step(demands.net, &ancf), demands, &ancf);
-        let safe = SAFE * stable;
+        let safe = safe_share(demands.net) * stable;
         let own = safe.min(demands.pulled_step()).min(throwing_step(demands, &ancf));
         let given = demands.solver.step_s.map(|step| step.0);
         let is_implicit = demands.solver.integrator == Integrator::Implicit;
