@@ -23,7 +23,7 @@ use crate::net::Net;
 use crate::solver::Precision;
 use crate::state::{Along, Body, Contact, Knots};
 use crate::target::Target;
-use crate::target::curved::{Ridge, RidgeLine};
+use crate::target::curved::RidgeLine;
 use crate::target::parts::ConvexPart;
 use crate::world::{CableDetector, POINT_ERROR};
 
@@ -85,11 +85,11 @@ impl CablePlanes {
         }
     }
 
-    /// How far the cables at a knot reach from it [m].
+    /// How far the cables at a knot reach from it, also when their other ends have moved away [m].
     pub fn reach(&self, knots: &Knots, knot: usize) -> f64 {
         let length = |&cable: &usize| {
-            let Cable { a, b, .. } = self.cables[cable];
-            (knots.position[a] - knots.position[b]).norm()
+            let Cable { a, b, rest_length, .. } = self.cables[cable];
+            (knots.position[a] - knots.position[b]).norm().max(rest_length) + self.radius[cable]
         };
         self.cables_of[knot].iter().map(length).fold(0.0, f64::max)
     }
@@ -117,7 +117,7 @@ impl CablePlanes {
             rest = others;
             if std::mem::take(&mut self.moved[cable]) {
                 let Cable { a, b, .. } = self.cables[cable];
-                let ends = [a, b].map(|knot| to_body(&knots.position[knot]));
+                let ends = [to_body(&knots.position[a]), to_body(&knots.position[b])];
                 self.detect_one(cable, &ends, old, margin, planes);
             } else {
                 planes.extend_from_slice(old);
@@ -188,13 +188,12 @@ impl CablePlanes {
     ) {
         let Some(ridge) = plane.ridge.filter(|_| self.slides) else { return };
         let in_body = |knot: usize| turn.inverse_transform_vector(&(net.position(knot) - body.position));
-        let ends = [plane.record.knot, plane.along().end].map(in_body);
+        let ends = [in_body(plane.record.knot), in_body(plane.along().end)];
         // A force has many sub-steps, each shorter than what comes from farther away takes.
         if self.by_force && gap(plane, &ends) > plane.radius {
             return;
         }
-        let lines = &self.ridges[plane.record.part];
-        let Some(line) = lines.iter().find(|line| line.ridge == ridge) else { return };
+        let line = &self.ridges[plane.record.part][ridge];
         let Some(nearest) = line.nearest(&plane.normal, &ends[0], &ends[1]) else { return };
         // One that has come through the part's middle would be drawn through the rest.
         if nearest.normal.dot(&plane.normal) > 0.0 {
@@ -217,7 +216,7 @@ impl CablePlanes {
     }
 
     /// The ridge that a contact is on, in the body frame.
-    fn ridge(&self, contact: &Contact) -> Option<Ridge> {
+    fn ridge(&self, contact: &Contact) -> Option<usize> {
         self.solids[contact.part].ridge(&contact.normal)
     }
 
@@ -307,6 +306,7 @@ fn nearest<'a>(planes: &'a [ContactPlane], contact: &Contact) -> Option<&'a Cont
 mod tests {
     use super::*;
     use crate::contact::schedule::{Detection, DetectionSchedule};
+    use crate::contact::surface::CABLES_STALE;
     use crate::limits::Limits;
     use crate::problems::Problems;
     use crate::target::files::Files;
@@ -343,7 +343,7 @@ mod tests {
         let (net, target) = net_and_target();
         let make = || CablePlanes::new(&net, &target, Precision::F64, false, true);
         let (mut cables, mut anew) = (make(), make());
-        let mut schedule = DetectionSchedule::new(4e-3, target.bounding_radius, 0.15);
+        let mut schedule = DetectionSchedule::new(4e-3, &target.parts, target.bounding_radius, CABLES_STALE);
         let (mut planes, mut all) = (Vec::new(), Vec::new());
         let (mut n_within_reach, mut n_looked, mut n_steps) = (0, 0, 0);
         let n_side = net.grid[0];

@@ -8,7 +8,6 @@ use nalgebra::{Rotation3, Vector3};
 use super::row::{ContactRow, JacobianWeights, NetMotion, Parting};
 use super::work::ContactWork;
 use crate::state::{Along, Body, Contact, Knots};
-use crate::target::curved::Ridge;
 
 /// A piece of the target's surface near a knot or a cable, in the body frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +21,8 @@ pub struct ContactPlane {
     pub radius: f64,
     /// Where the target is touched, from its centre of mass [m]; of cables only.
     pub foot: Vector3<f64>,
-    /// What of a part it is on, where a cable is followed along it.
-    pub ridge: Option<Ridge>,
+    /// Which of its part's ridges it is on, where a cable is followed along it.
+    pub ridge: Option<usize>,
     /// Impulse within the last sub-step [N s].
     pub impulse: f64,
     /// Of that, what was given before it was answered again [N s].

@@ -3,26 +3,45 @@
 //! While the box of the net and the ball around the target are apart nothing is detected. A detection
 //! sees as far as `margin`, and as far as a snap can throw a knot within a step. The next is due
 //! before a knot that it did not see may touch, and when one that it saw has moved along the surface by
-//! half the margin: its plane may then stand for an edge that it has passed. All motion is as seen from
+//! some share of the margin: its plane may then stand for an edge that it has passed. All motion is as seen from
 //! the target, so a net that lies on a target and turns with it needs no detection.
 
 use nalgebra::Vector3;
 
 use crate::state::{Body, Knots};
+use crate::target::parts::ConvexPart;
 
 /// How far knots have moved since the last detection.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct DetectionSchedule {
     margin: f64,
+    solids: Vec<BoundedPart>,
+    /// Of a ball around all of them [m].
     bounding_radius: f64,
-    /// A detection looks again at every knot that has used up this share of its way, so that fewer follow.
-    renews: f64,
+    stale: Stale,
     /// How far a knot may come within the step [m].
     thrown: f64,
     /// Every knot; none before the first detection, and while net and target are apart.
     seen: Vec<Seen>,
     /// Those last renewed; kept for its memory.
     renewed: Vec<(usize, Vector3<f64>)>,
+}
+
+/// When what was found is looked at again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stale {
+    /// Share of the margin by which a knot may move along the surface, and what was found stands [-].
+    pub holds: f64,
+    /// A detection looks again at every knot that has used up this share of its way, so that fewer follow [-].
+    pub renews: f64,
+}
+
+/// A part of the target, and a ball around it in the body frame [m].
+#[derive(Clone, Debug)]
+struct BoundedPart {
+    part: ConvexPart,
+    centre: Vector3<f64>,
+    radius: f64,
 }
 
 /// A knot when it was last looked at.
@@ -39,10 +58,10 @@ struct Seen {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Found {
     Nothing,
-    /// A plane of this normal in the body frame: it holds while the knot moves along it by no more than
-    /// half the margin.
+    /// A plane of this normal in the body frame: it holds while the knot moves along it by no more than its
+    /// share of the margin.
     Plane(Vector3<f64>),
-    /// Several, or cables at it: they hold while it moves by no more than half the margin.
+    /// Several, or cables at it: they hold while it moves by no more than that.
     Several,
 }
 
@@ -58,13 +77,18 @@ pub enum Detection {
 }
 
 impl DetectionSchedule {
-    /// For detections that see as far as `margin` [m], around a target of `bounding_radius` [m], and look again at every knot that has
-    /// used up the share `renews` of its way.
-    pub fn new(margin: f64, bounding_radius: f64, renews: f64) -> DetectionSchedule {
+    /// For detections that see as far as `margin` [m], around a target of these `parts` within a `bounding_radius` [m], and look again at what
+    /// is `stale`.
+    pub fn new(margin: f64, parts: &[ConvexPart], bounding_radius: f64, stale: Stale) -> DetectionSchedule {
+        let solid = |part: &ConvexPart| {
+            let (centre, radius) = part.bounding_ball();
+            BoundedPart { part: part.clone(), centre, radius }
+        };
         DetectionSchedule {
             margin,
+            solids: parts.iter().map(solid).collect(),
             bounding_radius,
-            renews,
+            stale,
             thrown: 0.0,
             seen: Vec::new(),
             renewed: Vec::new(),
@@ -103,7 +127,7 @@ impl DetectionSchedule {
         let moved = at - seen.at;
         let squared = moved.norm_squared();
         let left = seen.clear - self.thrown;
-        let held = share * 0.5 * self.margin;
+        let held = share * self.stale.holds * self.margin;
         let slid = match seen.found {
             Found::Nothing => 0.0,
             Found::Plane(normal) => squared - normal.dot(&moved).powi(2),
@@ -114,7 +138,7 @@ impl DetectionSchedule {
     }
 
     /// For a detection as far as `margin` [m]: the knots that have to be looked at again, and where they are
-    /// in the body frame. What was found of others stands. What is at a knot is within its `reach` [m].
+    /// in the body frame. What was found of others stands. What may touch at a knot is within its `reach` [m].
     pub fn renew(
         &mut self,
         knots: &Knots,
@@ -126,19 +150,32 @@ impl DetectionSchedule {
         let (is_first, to_body) = (self.seen.is_empty(), body.all_to_body());
         for (knot, position) in knots.position.iter().enumerate() {
             let at = to_body(position);
+            if !is_first && !self.has_used(self.stale.renews, &self.seen[knot], &at) {
+                continue;
+            }
             // One that is far away may move by more.
-            let clear = margin.max(at.norm() - self.bounding_radius - reach(knot));
+            let clear = margin.max(self.distance(&at) - reach(knot));
             let fresh = Seen { at, clear, found: Found::Nothing };
             if is_first {
                 self.seen.push(fresh);
-            } else if self.has_used(self.renews, &self.seen[knot], &at) {
-                self.seen[knot] = fresh;
             } else {
-                continue;
+                self.seen[knot] = fresh;
             }
             self.renewed.push((knot, at));
         }
         &self.renewed
+    }
+
+    /// How far a place in the body frame is from the target at least [m]; not above zero where it may be inside.
+    fn distance(&self, at: &Vector3<f64>) -> f64 {
+        let mut nearest = f64::INFINITY;
+        for BoundedPart { part, centre, radius } in &self.solids {
+            let from_ball = (at - centre).norm() - radius;
+            if from_ball < nearest {
+                nearest = nearest.min(from_ball.max(part.clearance(at)));
+            }
+        }
+        nearest
     }
 
     /// Where a knot was when it was last looked at, in the body frame [m].
@@ -164,9 +201,17 @@ impl DetectionSchedule {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{UnitQuaternion, vector};
+    use crate::target::parts::Primitive;
+    use nalgebra::{Isometry3, UnitQuaternion, vector};
 
     const STEP: f64 = 1e-3;
+
+    /// For a ball of 1 m.
+    fn around_a_ball() -> DetectionSchedule {
+        let primitive = Primitive::Ball { radius: 1.0 };
+        let ball = ConvexPart { name: None, primitive, pose: Isometry3::identity(), mass: 1.0 };
+        DetectionSchedule::new(0.01, &[ball], 1.0, Stale { holds: 0.5, renews: 0.25 })
+    }
 
     /// A wheel of radius 1 m that turns about Z.
     fn wheel(rate: f64, time: f64) -> Body {
@@ -204,34 +249,32 @@ mod tests {
             let at = wheel(rate, time).attitude * Vector3::x();
             one_knot(at, wheel(rate, time).rate.cross(&at))
         };
-        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0, 0.25), turning, rate), 1);
+        assert_eq!(detections(&mut around_a_ball(), turning, rate), 1);
     }
 
     #[test]
     fn one_that_slides_is_looked_for_every_half_margin_and_one_that_sinks_every_margin() {
         let sliding = |time: f64| one_knot(vector![1.0, 0.101 * time, 0.0], vector![0.0, 0.101, 0.0]);
         // 0.101 m in steps of 0.1 mm, with a detection after every 5 mm: 50 steps.
-        assert_eq!(detections(&mut DetectionSchedule::new(0.01, 1.0, 0.25), sliding, 0.0), 20);
+        assert_eq!(detections(&mut around_a_ball(), sliding, 0.0), 20);
         let sinking = |time: f64| one_knot(vector![1.0 - 0.101 * time, 0.0, 0.0], vector![-0.101, 0.0, 0.0]);
-        assert_eq!(
-            detections(&mut DetectionSchedule::new(0.01, 1.0, 0.25), sinking, 0.0),
-            10,
-            "its plane stays"
-        );
+        assert_eq!(detections(&mut around_a_ball(), sinking, 0.0), 10, "its plane stays");
     }
 
-    /// Whatever its speed, a knot from afar is seen before it touches, and in few detections.
+    /// Whatever its speed and its radius, a knot from afar is seen before it touches, and in few detections.
     #[test]
     fn one_that_comes_from_afar_is_seen_before_it_touches() {
-        for speed in [0.01, 1.0, 30.0, 3e3] {
-            let mut schedule = DetectionSchedule::new(0.01, 1.0, 0.25);
+        for (speed, radius) in
+            [0.01, 1.0, 30.0, 3e3].into_iter().flat_map(|speed| [(speed, 0.0), (speed, 0.1)])
+        {
+            let mut schedule = around_a_ball();
             let (mut x, mut n, mut found) = (5.0, 0, false);
-            while x > 1.0 {
+            while x > 1.0 + radius {
                 let (knots, body) =
                     (one_knot(vector![x, 0.0, 0.0], vector![-speed, 0.0, 0.0]), wheel(0.0, 0.0));
                 if let Detection::Stale(margin) = schedule.update(&knots, &body, STEP) {
-                    found = x - 1.0 <= margin;
-                    schedule.renew(&knots, &body, margin, |_| 0.0);
+                    found = x - 1.0 - radius <= margin;
+                    schedule.renew(&knots, &body, margin, |_| radius);
                     if found {
                         schedule.found(0, Vector3::x());
                     }
@@ -239,8 +282,8 @@ mod tests {
                 }
                 x -= speed * STEP;
             }
-            assert!(found, "at {speed} m/s");
-            assert!(n <= 3, "{n} detections at {speed} m/s");
+            assert!(found, "at {speed} m/s, radius {radius} m");
+            assert!(n <= 3, "{n} detections at {speed} m/s, radius {radius} m");
         }
     }
 
@@ -251,7 +294,7 @@ mod tests {
             position: vec![vector![1.02, 0.0, 0.0], vector![9.0, 0.0, 0.0]],
             velocity: vec![Vector3::zeros(), vector![speed, 0.0, 0.0]],
         };
-        let (mut schedule, body) = (DetectionSchedule::new(0.01, 1.0, 0.25), wheel(0.0, 0.0));
+        let (mut schedule, body) = (around_a_ball(), wheel(0.0, 0.0));
         assert!(matches!(schedule.update(&two(6.0), &body, STEP), Detection::Stale(_)));
         schedule.renew(&two(6.0), &body, 0.022, |_| 0.0);
         assert_eq!(schedule.update(&two(6.0), &body, STEP), Detection::Cached);

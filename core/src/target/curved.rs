@@ -20,15 +20,6 @@ const OF_EDGE: f64 = 1e-2;
 /// Sine of the angle up to which a normal is that of a face of a box, for a cable below it [-].
 const OF_FACE: f64 = 0.05;
 
-/// What of a part has one place that is nearest to a straight cable.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ridge {
-    /// A ball, a capsule, the side of a cylinder.
-    Round,
-    /// The edge of a box along the side of 0, and on which ends of the others it is.
-    Edge([i8; 3]),
-}
-
 /// The nearest places of a straight cable and a ridge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestOnRidge {
@@ -43,8 +34,6 @@ pub struct NearestOnRidge {
 /// A ridge as a straight line that is round to a radius: places in the body frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RidgeLine {
-    /// Which one of its part.
-    pub ridge: Ridge,
     /// Its middle and its direction.
     centre: Vector3<f64>,
     axis: Vector3<f64>,
@@ -57,29 +46,32 @@ pub struct RidgeLine {
     faces: [Vector3<f64>; 2],
 }
 
+/// The sides of a box that an edge along another is at the ends of.
+fn sides_of_edge(along: usize) -> [usize; 2] {
+    [(along + 1) % 3, (along + 2) % 3]
+}
+
 impl ConvexPart {
-    /// What it has where its surface has this `normal`; none: a face, a rim or a corner.
-    pub fn ridge(&self, normal: &Vector3<f64>) -> Option<Ridge> {
+    /// Which of its [`ConvexPart::ridge_lines`] it has where its surface has this `normal`; none: a face, a rim or a corner.
+    pub fn ridge(&self, normal: &Vector3<f64>) -> Option<usize> {
         let local = self.pose.rotation.inverse_transform_vector(normal);
         match self.primitive {
-            Primitive::Ball { .. } | Primitive::Capsule { .. } => Some(Ridge::Round),
-            Primitive::Cylinder { .. } => (local.y.abs() < 1e-6).then_some(Ridge::Round),
+            Primitive::Ball { .. } | Primitive::Capsule { .. } => Some(0),
+            Primitive::Cylinder { .. } => (local.y.abs() < 1e-6).then_some(0),
             Primitive::Cuboid { .. } => {
                 let along = local.iamin();
-                let is_edge = local[along].abs() < ACROSS
-                    && (0..3).all(|side| side == along || local[side].abs() > OF_EDGE);
-                let end = |side: usize| if side == along { 0 } else { local[side].signum() as i8 };
-                is_edge.then(|| Ridge::Edge([0, 1, 2].map(end)))
+                let [one, other] = sides_of_edge(along).map(|side| local[side]);
+                let is_edge = local[along].abs() < ACROSS && one.abs() > OF_EDGE && other.abs() > OF_EDGE;
+                is_edge.then(|| 4 * along + 2 * usize::from(one < 0.0) + usize::from(other < 0.0))
             }
             Primitive::Convex { .. } => None,
         }
     }
 
-    /// All its ridges.
+    /// What of it has one place that is nearest to a straight cable: its round side, or all edges of a box, along one axis after another.
     pub fn ridge_lines(&self) -> Vec<RidgeLine> {
         let (centre, turn) = (self.pose.translation.vector, self.pose.rotation);
         let round = |radius: f64, half_length: f64, is_rounded: bool| RidgeLine {
-            ridge: Ridge::Round,
             centre,
             axis: turn * Vector3::y(),
             half_length,
@@ -92,26 +84,22 @@ impl ConvexPart {
             Primitive::Cylinder { radius, half_length } => vec![round(radius, half_length, false)],
             Primitive::Capsule { radius, half_length } => vec![round(radius, half_length, true)],
             Primitive::Cuboid { half } => {
-                let signs = |edge: usize| {
-                    [1, -1].into_iter().flat_map(move |one| [[edge as i8, one, 1], [edge as i8, one, -1]])
-                };
-                let edge = |[along, one, other]: [i8; 3]| {
-                    let along = along as usize;
-                    let sides = [((along + 1) % 3, one), ((along + 2) % 3, other)];
-                    let mut ends = [0; 3];
-                    sides.iter().for_each(|&(side, sign)| ends[side] = sign);
-                    let middle = Vector3::from_fn(|side, _| f64::from(ends[side]) * half[side]);
+                let ends = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+                let edge = |(along, [one, other]): (usize, [f64; 2])| {
+                    let sides = sides_of_edge(along);
+                    let mut middle = Vector3::zeros();
+                    middle[sides[0]] = one * half[sides[0]];
+                    middle[sides[1]] = other * half[sides[1]];
                     RidgeLine {
-                        ridge: Ridge::Edge(ends),
                         centre: centre + turn * middle,
                         axis: turn * Vector3::ith(along, 1.0),
                         half_length: half[along],
                         radius: 0.0,
                         is_rounded: false,
-                        faces: sides.map(|(side, sign)| turn * Vector3::ith(side, f64::from(sign))),
+                        faces: [turn * Vector3::ith(sides[0], one), turn * Vector3::ith(sides[1], other)],
                     }
                 };
-                (0..3).flat_map(signs).map(edge).collect()
+                (0..3).flat_map(|along| ends.map(|ends| (along, ends))).map(edge).collect()
             }
             Primitive::Convex { .. } => Vec::new(),
         }
@@ -226,7 +214,7 @@ mod tests {
                 };
                 let place = from + nearest.share * (to - from);
                 let ridge = part.ridge(&nearest.normal);
-                assert!(part.depth(&nearest.foot).abs() < 1e-9 && ridge == Some(Ridge::Round));
+                assert!(part.depth(&nearest.foot).abs() < 1e-9 && ridge == Some(0));
                 let distance = nearest.normal.dot(&(place - nearest.foot));
                 // From within, a flat end may be nearer.
                 if distance < 0.0 {
@@ -256,9 +244,7 @@ mod tests {
             let ends = [crossing - 0.1 * along, crossing + 0.2 * along].map(world);
             let about = part.pose.rotation * vector![0.6, 0.0, 0.8];
             let ridge = part.ridge(&about);
-            assert_eq!(ridge, Some(Ridge::Edge([1, 0, 1])));
-            let lines = part.ridge_lines();
-            let line = lines.iter().find(|line| Some(line.ridge) == ridge).unwrap();
+            let line = part.ridge_lines()[ridge.unwrap()];
             let Some(nearest) = line.nearest(&about, &ends[0], &ends[1]) else {
                 continue;
             };
@@ -276,6 +262,19 @@ mod tests {
         assert!(found > 20, "{found}");
         assert_eq!(part.ridge(&(part.pose.rotation * Vector3::x())), None);
         assert_eq!(part.ridge(&(part.pose.rotation * vector![0.6, 0.6, 0.5])), None);
+    }
+
+    /// Between the normals of its faces a normal is that of the edge they share.
+    #[test]
+    fn each_edge_is_known_by_the_normals_between_its_faces() {
+        let part = part(Primitive::Cuboid { half: [0.05, 0.1, 0.03] });
+        let lines = part.ridge_lines();
+        assert_eq!(lines.len(), 12);
+        for (index, line) in lines.iter().enumerate() {
+            assert_eq!(part.ridge(&(0.8 * line.faces[0] + 0.6 * line.faces[1])), Some(index));
+            let corner = part.depth(&(line.centre + line.half_length * line.axis));
+            assert!(corner.abs() < 1e-12 && part.depth(&line.centre).abs() < 1e-12);
+        }
     }
 
     /// A cable that comes out on two sides of a face, one that ends below it, one beside it.

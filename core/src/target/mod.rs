@@ -5,6 +5,7 @@
 //! axes of the shape's own frame; long bodies lie along y.
 
 pub mod crossing;
+pub mod cuboid;
 pub mod curved;
 pub mod files;
 pub mod import;

@@ -214,6 +214,17 @@ impl Primitive {
         (share, depth(share))
     }
 
+    /// How far `point` is outside at least [m]: of a hull what the farthest of its faces says. Not above zero inside.
+    pub fn clearance(&self, point: &Vector3<f64>) -> f64 {
+        match self {
+            Primitive::Convex { hull } => {
+                let beyond = hull.planes.iter().map(|plane| plane.normal.dot(point) - plane.offset);
+                beyond.fold(f64::MIN, f64::max)
+            }
+            _ => -self.depth(point),
+        }
+    }
+
     /// Whether `point` is surely farther than `distance` outside [m]: at once where one face says so.
     pub fn is_farther(&self, point: &Vector3<f64>, distance: f64) -> bool {
         match self {
@@ -300,6 +311,11 @@ impl ConvexPart {
     /// At which share of the way from one point of the body frame to another it is deepest inside, and how deep [m].
     pub fn deepest_at(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
         self.primitive.deepest_at(&self.to_part(from), &self.to_part(to))
+    }
+
+    /// How far a point of the body frame is outside at least (see [`Primitive::clearance`]) [m].
+    pub fn clearance(&self, point: &Vector3<f64>) -> f64 {
+        self.primitive.clearance(&self.to_part(point))
     }
 
     /// Whether a point of the body frame is surely farther than `distance` outside [m].

@@ -1,8 +1,9 @@
 //! Whole cables as the engine's narrow phase sees them: a capsule from knot to knot.
 //!
 //! The engine is asked for one cable and part after another, and only for cables whose ends have moved: its own loop, with its broad phase and its graph of
-//! pairs, took as long as all else of a Cubesat's capture together.
+//! pairs, took as long as all else of a Cubesat's capture together. Of boxes it is not asked at all: there is a formula (see [`crate::target::cuboid`]).
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -17,7 +18,8 @@ use crate::cable::Cable;
 use crate::net::Net;
 use crate::state::{Along, Contact};
 use crate::target::Target;
-use crate::target::parts::ConvexPart;
+use crate::target::cuboid::{Cuboid, LineSegment, NearPlace};
+use crate::target::parts::{ConvexPart, Primitive};
 use crate::world::POINT_ERROR;
 
 /// Two places on one cable nearer than this share of its length are one contact.
@@ -104,19 +106,39 @@ impl StraightCable {
     }
 }
 
+/// Shares of the way `across` from knot to knot at which a place with that `normal` is the cable's business.
+fn between_knots(normal: &Vector3<f64>, across: &Vector3<f64>) -> RangeInclusive<f64> {
+    let is_square = normal.dot(across).abs() <= SQUARE * across.norm();
+    let at_knot = if is_square { 0.0 } else { AT_KNOT };
+    at_knot..=1.0 - at_knot
+}
+
+/// Adds the contacts of a cable with a box, in its frame; whether the middle line of the cable comes inside.
+fn touch_box(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut Vec<Contact>) -> bool {
+    let line = LineSegment { from: cable.from, along: cable.to - cable.from };
+    let (places, is_inside) = cuboid.places(&line, margin + cable.radius);
+    for NearPlace { share, normal, height } in places.into_iter().flatten() {
+        if between_knots(&normal, &line.along).contains(&share) {
+            let on_part = line.at(share) - height * normal;
+            contacts.push(cable.contact(share, on_part, normal, height - cable.radius));
+        }
+    }
+    is_inside
+}
+
 impl TouchablePart {
     /// The `ends` of a straight line in its frame, where the line may be within `margin` of it [m]: of hundreds of parts most are farther
     /// than a corner of the box, which takes no turn into its frame.
     fn near(&self, ends: &[Vector3<f64>; 2], margin: f64) -> Option<[Vector3<f64>; 2]> {
         let PlacedPart { bounds, centre, .. } = &self.placed;
         let bounds = bounds.loosened(real(margin));
-        let [from, to] = ends.each_ref().map(engines);
+        let (from, to) = (engines(&ends[0]), engines(&ends[1]));
         let farthest: Real = bounds.half_extents().length() + 0.5 * (to - from).length();
         if (0.5 * (from + to) - *centre).length_squared() > farthest * farthest {
             return None;
         }
-        let ends = ends.map(|end| self.solid.to_part(&end));
-        let [from, to] = ends.each_ref().map(engines);
+        let ends = [self.solid.to_part(&ends[0]), self.solid.to_part(&ends[1])];
+        let (from, to) = (engines(&ends[0]), engines(&ends[1]));
         bounds.intersects(&Aabb::new(from.min(to), from.max(to))).then_some(ends)
     }
 
@@ -128,6 +150,24 @@ impl TouchablePart {
         manifolds: &mut Vec<ContactManifold<(), ()>>,
         contacts: &mut Vec<Contact>,
     ) {
+        let n_before = contacts.len();
+        let is_inside = match &self.solid.primitive {
+            Primitive::Cuboid { half } => touch_box(&Cuboid { half: *half }, cable, margin, contacts),
+            _ => self.touch_any(cable, margin, manifolds, contacts),
+        };
+        if is_inside && contacts.len() == n_before {
+            contacts.extend(self.crossing(cable));
+        }
+    }
+
+    /// Adds what the engine finds of any convex part; whether the middle line of the cable comes inside.
+    fn touch_any(
+        &self,
+        cable: &StraightCable,
+        margin: f64,
+        manifolds: &mut Vec<ContactManifold<(), ()>>,
+        contacts: &mut Vec<Contact>,
+    ) -> bool {
         let across = cable.to - cable.from;
         let half = engines(&(0.5 * across));
         // The engine would take what it remembers for the same pair.
@@ -141,25 +181,22 @@ impl TouchablePart {
             &mut None,
         );
         debug_assert!(seen.is_ok(), "parts are convex");
-        let (n_before, mut is_inside) = (contacts.len(), false);
+        let mut is_inside = false;
         for manifold in manifolds {
             let normal = ours(manifold.local_n1);
-            let is_square = normal.dot(&across).abs() <= SQUARE * across.norm();
-            let at_knot = if is_square { 0.0 } else { AT_KNOT };
+            let between = between_knots(&normal, &across);
             for point in &manifold.points {
                 let (gap, on_part) = (number(point.dist), ours(point.local_p1));
                 is_inside |= gap < -cable.radius;
                 // From the part's surface to the middle line of the cable.
                 let place = on_part + (gap + cable.radius) * normal;
                 let share = across.dot(&(place - cable.from)) / across.norm_squared();
-                if (at_knot..=1.0 - at_knot).contains(&share) && self.is_behind(&normal, &on_part) {
+                if between.contains(&share) && self.is_behind(&normal, &on_part) {
                     contacts.push(cable.contact(share, on_part, normal, gap));
                 }
             }
         }
-        if is_inside && contacts.len() == n_before {
-            contacts.extend(self.crossing(cable));
-        }
+        is_inside
     }
 
     /// Whether all of it is behind the plane through a `point` with a `normal`.

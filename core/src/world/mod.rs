@@ -219,7 +219,7 @@ impl Detector {
     }
 }
 
-/// Contacts of whole cables, from the same narrow phase.
+/// Contacts of whole cables: with boxes by formula, in 64 bits, with all else from the same narrow phase.
 pub struct CableDetector(CableFinder);
 
 enum CableFinder {
