@@ -158,8 +158,9 @@ impl BodyModel {
 
     /// Moves `body` on for `step` seconds, in which nothing acts on it.
     ///
-    /// Free: momentum and angular momentum L are constant and ω = I⁻¹ L follows the attitude. The turn over a step uses ω
-    /// at its middle, R(t+h) = exp(h ω(t + h/2)) R(t): second order, with L kept to rounding.
+    /// Free: momentum and angular momentum L are constant and ω = I⁻¹ L follows the attitude. The turn R(t+h) = exp(θ) R(t) of a step is
+    /// that of the Runge-Kutta method of fourth order on rotations (Munthe-Kaas 1999), with L kept to rounding. With ω at the middle of
+    /// the step instead, of second order, a target that tumbles at 17 rad/s made 1e-3 of its energy in 1.2 s of steps of 0.5 ms.
     pub fn drift(&self, body: &mut Body, step: f64) {
         if self.motion == Motion::Fixed {
             return;
@@ -176,8 +177,13 @@ impl BodyModel {
         let rate_at = |attitude: &UnitQuaternion<f64>| {
             attitude * (self.inverse_inertia * attitude.inverse_transform_vector(&momentum))
         };
-        let middle = UnitQuaternion::from_scaled_axis(0.5 * step * body.rate) * body.attitude;
-        let turned = UnitQuaternion::from_scaled_axis(step * rate_at(&middle)) * body.attitude;
+        let start = body.attitude;
+        let turned = |turn: Vector3<f64>| UnitQuaternion::from_scaled_axis(turn) * start;
+        let first = step * body.rate;
+        let second = step * rate_at(&turned(0.5 * first));
+        let third = step * rate_at(&turned(0.5 * second - 0.125 * first.cross(&second)));
+        let fourth = step * rate_at(&turned(third));
+        let turned = turned((first + 2.0 * (second + third) + fourth - 0.5 * first.cross(&fourth)) / 6.0);
         body.attitude = UnitQuaternion::new_normalize(turned.into_inner());
         body.rate = rate_at(&body.attitude);
     }
@@ -272,7 +278,28 @@ mod tests {
         let drift = (model.angular_momentum(&body) - momentum).norm() / momentum.norm();
         assert!(drift < 1e-9, "{drift:e}"); // measured 1.2e-10, rounding of 300 000 steps
         let gain = (model.kinetic_energy(&body) / energy - 1.0).abs();
-        assert!(gain < 1e-5, "{gain:e}");
+        assert!(gain < 1e-9, "{gain:e}");
+    }
+
+    /// Half the step, a sixteenth of the error; and little energy is made by a fast tumble.
+    #[test]
+    fn a_tumble_is_of_fourth_order() {
+        let inertia = Matrix3::from_diagonal(&Vector3::new(0.02, 0.05, 0.06));
+        let model = BodyModel::new("body", Motion::Free, 1.0, inertia);
+        let start = Body { rate: Vector3::new(4.5, -7.3, -15.5), ..Body::at_rest() };
+        let end = |n: u32| {
+            let mut body = start;
+            (0..n).for_each(|_| model.drift(&mut body, 1.2 / f64::from(n)));
+            body
+        };
+        let fine = end(50_000);
+        let errors = [300, 600, 1200].map(|n| end(n).attitude.angle_to(&fine.attitude));
+        println!("{errors:?}");
+        for pair in errors.windows(2) {
+            assert!((12.0..20.0).contains(&(pair[0] / pair[1])), "{errors:?}");
+        }
+        let gain = (model.kinetic_energy(&end(2400)) / model.kinetic_energy(&start) - 1.0).abs();
+        assert!(gain < 1e-7, "{gain:e}");
     }
 
     /// A push gives the energy it says, and nothing to what is held.
