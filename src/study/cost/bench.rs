@@ -113,13 +113,13 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
         self.store.known(case, "measured", number).filter(|sample: &Sample| sample.windows == self.windows())
     }
 
-    /// Runs a setting once more, unless it turns out far dearer than foreseen: the scene as written to its end.
+    /// Runs a setting once more, unless the first time it turns out far dearer than foreseen: the scene as written to its end.
     fn measure(&mut self, place: usize, budget: &mut Budget) {
         let Ok(case) = &self.settings[place].case else { return };
         let number = self.samples[place].len();
-        let allowed = match place {
-            0 => f64::INFINITY,
-            _ => budget.left().min(OVERRUN * self.forecast(place)),
+        let allowed = match (place, number) {
+            (1.., 0) => budget.left().min(OVERRUN * self.forecast(place)),
+            _ => f64::INFINITY,
         };
         let measured = || {
             let sample = self.sample(case, allowed)?;
