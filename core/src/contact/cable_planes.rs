@@ -85,6 +85,11 @@ impl CablePlanes {
         }
     }
 
+    /// Of each cable [m].
+    pub fn radii(&self) -> &[f64] {
+        &self.radius
+    }
+
     /// How far the cables at a knot reach from it, also when their other ends have moved away [m].
     pub fn reach(&self, knots: &Knots, knot: usize) -> f64 {
         let length = |&cable: &usize| {

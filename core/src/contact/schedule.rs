@@ -16,7 +16,7 @@ use crate::target::parts::ConvexPart;
 pub struct DetectionSchedule {
     margin: f64,
     solids: Vec<BoundedPart>,
-    /// Of a ball around all of them [m].
+    /// Of a ball around all of them and what touches them [m].
     bounding_radius: f64,
     stale: Stale,
     /// How far a knot may come within the step [m].
@@ -77,8 +77,8 @@ pub enum Detection {
 }
 
 impl DetectionSchedule {
-    /// For detections that see as far as `margin` [m], around a target of these `parts` within a `bounding_radius` [m], and look again at what
-    /// is `stale`.
+    /// For detections that see as far as `margin` [m], around a target of these `parts` that knots touch within a `bounding_radius` [m], and look
+    /// again at what is `stale`.
     pub fn new(margin: f64, parts: &[ConvexPart], bounding_radius: f64, stale: Stale) -> DetectionSchedule {
         let solid = |part: &ConvexPart| {
             let (centre, radius) = part.bounding_ball();
@@ -208,9 +208,14 @@ mod tests {
 
     /// For a ball of 1 m.
     fn around_a_ball() -> DetectionSchedule {
+        for_knots_of(0.0)
+    }
+
+    /// The same for knots of a radius [m].
+    fn for_knots_of(radius: f64) -> DetectionSchedule {
         let primitive = Primitive::Ball { radius: 1.0 };
         let ball = ConvexPart { name: None, primitive, pose: Isometry3::identity(), mass: 1.0 };
-        DetectionSchedule::new(0.01, &[ball], 1.0, Stale { holds: 0.5, renews: 0.25 })
+        DetectionSchedule::new(0.01, &[ball], 1.0 + radius, Stale { holds: 0.5, renews: 0.25 })
     }
 
     /// A wheel of radius 1 m that turns about Z.
@@ -267,7 +272,7 @@ mod tests {
         for (speed, radius) in
             [0.01, 1.0, 30.0, 3e3].into_iter().flat_map(|speed| [(speed, 0.0), (speed, 0.1)])
         {
-            let mut schedule = around_a_ball();
+            let mut schedule = for_knots_of(radius);
             let (mut x, mut n, mut found) = (5.0, 0, false);
             while x > 1.0 + radius {
                 let (knots, body) =

@@ -80,6 +80,15 @@ impl Feature {
         Feature::Knots { detector, radius: net.radius.clone() }
     }
 
+    /// The largest radius of it [m].
+    fn thickest(&self) -> f64 {
+        let radii = match self {
+            Feature::Knots { radius, .. } => radius,
+            Feature::Cables(cables) => cables.radii(),
+        };
+        radii.iter().copied().fold(0.0, f64::max)
+    }
+
     /// Number of colliders of its detector.
     fn n_colliders(&self) -> usize {
         match self {
@@ -103,12 +112,13 @@ impl SurfaceContacts {
             Feature::Knots { .. } => KNOTS_STALE,
             Feature::Cables(_) => CABLES_STALE,
         };
+        let around = target.bounding_radius + feature.thickest();
         SurfaceContacts {
             feature,
             solver,
             rules: RowRules { parting, drawn_in },
             inverse_inertia: InverseInertia::of(&target.model()),
-            schedule: DetectionSchedule::new(margin, &target.parts, target.bounding_radius, stale),
+            schedule: DetectionSchedule::new(margin, &target.parts, around, stale),
             planes: Vec::new(),
             awake: Vec::new(),
             rows: Vec::new(),
