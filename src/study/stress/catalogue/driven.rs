@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::{BY_CHANCE, OR_NONE, OVERLAPS, SOFT, TOO_LONG, net, small_capture, with, with_target};
+use super::{
+    BY_CHANCE, OR_NONE, OVERLAPS, PRESSED, PRESSED_IN, SOFT, TOO_LONG, net, small_capture, with, with_target,
+};
 use crate::study::stress::hard::{StressCase, Theme};
 
 /// The cases.
@@ -222,6 +224,7 @@ fn together() -> [StressCase; 5] {
             "strands that bounce off each other lie between cables and target",
             with(with(small_capture(), bouncing), json!({ "effects": { "cable_contact": {} } })),
         )
+        .limited("joints+impulse", PRESSED, &["solver.step_s=5e-5"], &PRESSED_IN)
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OR_NONE)
         .not_run("joints+penalty", TOO_LONG),
         StressCase::new(

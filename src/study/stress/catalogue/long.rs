@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{BY_CHANCE, COARSE, OVERLAPS, RISES, SOFT, TOO_LONG, net, with, with_target};
+use super::{BY_CHANCE, COARSE, OVERLAPS, RISES, RISES_BY_CHANCE, SOFT, TOO_LONG, net, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
 
 /// The cases.
@@ -76,6 +76,7 @@ fn jams() -> [StressCase; 3] {
             with(caught.clone(), closing("tube", 5.0)),
         )
         .once()
+        .limited("explicit+impulse", COARSE, &["solver.step_s=3e-5"], &RISES_BY_CHANCE)
         .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &BY_CHANCE),
         StressCase::new(
             Theme::Jam,
