@@ -192,12 +192,12 @@ fn strands_shot_fast_around_a_target_are_not_outrun() {
                     "mass_kg": 3.5, "motion": "fixed" },
         "effects": { "self_contact": {} }, "solver": solver_of("explicit+impulse")
     });
-    // Measured 11 and 20.
-    for (scene, most) in [(under_joints, 100.0), (explicit, 90.0)] {
-        let members = common::ensemble(&case_of(scene), 8);
+    // Measured 32 and 38, 41 and 45 of eight.
+    for (scene, most) in [(under_joints, 62.0), (explicit, 56.0)] {
+        let members = common::ensemble(&case_of(scene), 5);
         let through = common::values(&members, "self_contact.went_through");
         println!("{through:?}");
-        below("pairs that went through in eight members", through.iter().sum(), most);
+        below("pairs that went through in five members", through.iter().sum(), most);
         below("momentum residual", spread(&members, "conservation.momentum_residual")[2], 1e-9);
     }
 }
