@@ -30,6 +30,13 @@ pub struct Plane {
     pub offset: f64,
 }
 
+impl Plane {
+    /// How far outside of it `point` is [m]; negative inside.
+    pub fn height(&self, point: &Vector3<f64>) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+}
+
 /// Half spaces of some planes of a hull.
 #[derive(Clone, Debug)]
 pub struct HalfSpaces {
@@ -117,11 +124,10 @@ impl Hull {
     /// The half spaces that tell which points of a ball are inside, those that do not hold all of it; `None` where one
     /// holds nothing of it.
     pub fn cutting(&self, centre: &Vector3<f64>, radius: f64) -> Option<HalfSpaces> {
-        let height = |plane: &Plane| plane.normal.dot(centre) - plane.offset;
-        if self.planes.iter().any(|plane| height(plane) > radius + 2.0 * self.slack) {
+        if self.planes.iter().any(|plane| plane.height(centre) > radius + 2.0 * self.slack) {
             return None;
         }
-        let planes = self.planes.iter().filter(|plane| height(plane) > -radius).copied().collect();
+        let planes = self.planes.iter().filter(|plane| plane.height(centre) > -radius).copied().collect();
         Some(HalfSpaces { planes, slack: self.slack })
     }
 
@@ -137,10 +143,14 @@ impl Hull {
         self.planes.iter().any(is_below)
     }
 
+    /// How far outside of the face `point` is that it is farthest from [m]: at most its distance, and negative inside.
+    pub fn farthest_height(&self, point: &Vector3<f64>) -> f64 {
+        self.planes.iter().map(|plane| plane.height(point)).fold(f64::MIN, f64::max)
+    }
+
     /// How deep `point` is inside: the distance to the surface, negative outside [m].
     pub fn depth(&self, point: &Vector3<f64>) -> f64 {
-        let inside =
-            self.planes.iter().map(|plane| plane.offset - plane.normal.dot(point)).fold(f64::MAX, f64::min);
+        let inside = -self.farthest_height(point);
         if inside >= 0.0 {
             return inside;
         }

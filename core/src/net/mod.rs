@@ -283,6 +283,11 @@ impl Net {
         self.radius[self.cables[cable].a].min(self.radius[self.cables[cable].b])
     }
 
+    /// Damping ratio of the cable that damps least [-].
+    pub fn least_damping_ratio(&self) -> f64 {
+        self.cables.iter().map(Cable::damping_ratio).fold(f64::INFINITY, f64::min)
+    }
+
     /// Total mass [kg].
     pub fn total_mass(&self) -> f64 {
         self.mass.iter().sum()

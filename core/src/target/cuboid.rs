@@ -54,6 +54,11 @@ enum NearFeature {
     Edge(NearPlace),
 }
 
+/// The two sides of a box across another: those of a face with its normal along that one, and those that an edge along it is at the ends of.
+pub fn sides_across(side: usize) -> [usize; 2] {
+    [(side + 1) % 3, (side + 2) % 3]
+}
+
 impl LineSegment {
     /// Where it is at a share of its way [m].
     pub fn at(&self, share: f64) -> Vector3<f64> {
@@ -119,9 +124,8 @@ impl Cuboid {
     /// What the nearest place of a line outside is nearest to. A face, where all of it is behind a plane across the way there.
     fn feature(&self, place: NearPlace) -> NearFeature {
         let side = place.normal.iamax();
-        let others = (0..3).filter(|other| *other != side);
-        let stands_out: f64 = others.map(|other| 2.0 * self.half[other] * place.normal[other].abs()).sum();
-        if stands_out <= FLAT {
+        let [one, other] = sides_across(side).map(|other| 2.0 * self.half[other] * place.normal[other].abs());
+        if one + other <= FLAT {
             NearFeature::Face { side, end: place.normal[side].signum() }
         } else {
             NearFeature::Edge(place)
@@ -132,9 +136,8 @@ impl Cuboid {
     /// that alone.
     fn along_edge(&self, line: &LineSegment, place: &NearPlace) -> [Option<NearPlace>; 2] {
         let edge = place.normal.iamin();
-        let ends = [-self.half[edge], self.half[edge]].map(|end| (end - line.from[edge]) / line.along[edge]);
-        let both = [ends[0].min(ends[1]).max(0.0), ends[0].max(ends[1]).min(1.0)]
-            .map(|share| self.above(line, share));
+        let [enters, leaves] = self.crosses(line, edge);
+        let both = [enters.max(0.0), leaves.min(1.0)].map(|share| self.above(line, share));
         let is_along =
             both[0].share < both[1].share && both.iter().all(|end| end.height <= place.height + FLAT);
         if is_along { both.map(Some) } else { [Some(*place), None] }
@@ -178,33 +181,41 @@ impl Cuboid {
 
     /// The share of its way at which a line, moved out by `depth` along `normal`, crosses the edge along a side that is there.
     fn share_at_edge(&self, line: &LineSegment, edge: usize, normal: &Vector3<f64>, depth: f64) -> f64 {
-        let [one, other] = [(edge + 1) % 3, (edge + 2) % 3];
+        let [one, other] = sides_across(edge);
         let side = if line.along[one].abs() > line.along[other].abs() { one } else { other };
         let corner = self.half[side].copysign(normal[side]);
         (corner - depth * normal[side] - line.from[side]) / line.along[side]
     }
 
-    /// The ends of a line's way over or below a face; none where it is beside it.
-    fn over_face(&self, line: &LineSegment, face: usize, end: f64) -> [Option<NearPlace>; 2] {
+    /// From which share to which of its way a line is over or below the faces across a side; none where it is beside them.
+    pub fn way_over(&self, line: &LineSegment, face: usize) -> Option<[f64; 2]> {
         let [mut first, mut last] = [0.0_f64, 1.0_f64];
-        for side in (0..3).filter(|side| *side != face) {
-            let ends =
-                [-self.half[side], self.half[side]].map(|end| (end - line.from[side]) / line.along[side]);
+        for side in sides_across(face) {
             if line.along[side] != 0.0 {
-                first = first.max(ends[0].min(ends[1]));
-                last = last.min(ends[0].max(ends[1]));
+                let [enters, leaves] = self.crosses(line, side);
+                first = first.max(enters);
+                last = last.min(leaves);
             } else if line.from[side].abs() > self.half[side] {
-                return [None; 2];
+                return None;
             }
         }
-        if first > last {
-            return [None; 2];
-        }
-        let normal = Vector3::ith(face, end);
-        [first, last].map(|share| {
+        (first <= last).then_some([first, last])
+    }
+
+    /// At which shares of its way a line enters and leaves what is between the two faces across a side.
+    fn crosses(&self, line: &LineSegment, side: usize) -> [f64; 2] {
+        let [one, other] =
+            [-self.half[side], self.half[side]].map(|end| (end - line.from[side]) / line.along[side]);
+        [one.min(other), one.max(other)]
+    }
+
+    /// The ends of a line's way over or below a face; none where it is beside it.
+    fn over_face(&self, line: &LineSegment, face: usize, end: f64) -> [Option<NearPlace>; 2] {
+        let place = |share: f64| {
             let height = end * line.at(share)[face] - self.half[face];
-            Some(NearPlace { share, normal, height })
-        })
+            NearPlace { share, normal: Vector3::ith(face, end), height }
+        };
+        self.way_over(line, face).map_or([None; 2], |ends| ends.map(|share| Some(place(share))))
     }
 }
 

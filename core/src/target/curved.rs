@@ -7,6 +7,7 @@
 
 use nalgebra::Vector3;
 
+use super::cuboid::{Cuboid, LineSegment, sides_across};
 use super::parts::{ConvexPart, Primitive};
 
 /// A cable less inclined to the axis of a round part, or to an edge, than this sine lies along it, and has no one nearest
@@ -46,11 +47,6 @@ pub struct RidgeLine {
     faces: [Vector3<f64>; 2],
 }
 
-/// The sides of a box that an edge along another is at the ends of.
-fn sides_of_edge(along: usize) -> [usize; 2] {
-    [(along + 1) % 3, (along + 2) % 3]
-}
-
 impl ConvexPart {
     /// Which of its [`ConvexPart::ridge_lines`] it has where its surface has this `normal`; none: a face, a rim or a corner.
     pub fn ridge(&self, normal: &Vector3<f64>) -> Option<usize> {
@@ -60,7 +56,7 @@ impl ConvexPart {
             Primitive::Cylinder { .. } => (local.y.abs() < 1e-6).then_some(0),
             Primitive::Cuboid { .. } => {
                 let along = local.iamin();
-                let [one, other] = sides_of_edge(along).map(|side| local[side]);
+                let [one, other] = sides_across(along).map(|side| local[side]);
                 let is_edge = local[along].abs() < ACROSS && one.abs() > OF_EDGE && other.abs() > OF_EDGE;
                 is_edge.then(|| 4 * along + 2 * usize::from(one < 0.0) + usize::from(other < 0.0))
             }
@@ -86,7 +82,7 @@ impl ConvexPart {
             Primitive::Cuboid { half } => {
                 let ends = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
                 let edge = |(along, [one, other]): (usize, [f64; 2])| {
-                    let sides = sides_of_edge(along);
+                    let sides = sides_across(along);
                     let mut middle = Vector3::zeros();
                     middle[sides[0]] = one * half[sides[0]];
                     middle[sides[1]] = other * half[sides[1]];
@@ -117,19 +113,8 @@ impl ConvexPart {
         let local = self.pose.rotation.inverse_transform_vector(normal);
         let face = local.iamax();
         let [from, to] = [from, to].map(|end| self.to_part(end));
-        let [mut first, mut last] = [0.0_f64, 1.0_f64];
-        for side in (0..3).filter(|side| *side != face) {
-            let way = to[side] - from[side];
-            if local[side].abs() > OF_FACE || way == 0.0 && from[side].abs() > half[side] {
-                return None;
-            }
-            if way != 0.0 {
-                let [one, other] = [-half[side], half[side]].map(|end| (end - from[side]) / way);
-                first = first.max(one.min(other));
-                last = last.min(one.max(other));
-            }
-        }
-        (first <= last).then_some([first, last])
+        let is_of_face = sides_across(face).into_iter().all(|side| local[side].abs() <= OF_FACE);
+        is_of_face.then(|| Cuboid { half }.way_over(&LineSegment { from, along: to - from }, face)).flatten()
     }
 }
 

@@ -217,10 +217,7 @@ impl Primitive {
     /// How far `point` is outside at least [m]: of a hull what the farthest of its faces says. Not above zero inside.
     pub fn clearance(&self, point: &Vector3<f64>) -> f64 {
         match self {
-            Primitive::Convex { hull } => {
-                let beyond = hull.planes.iter().map(|plane| plane.normal.dot(point) - plane.offset);
-                beyond.fold(f64::MIN, f64::max)
-            }
+            Primitive::Convex { hull } => hull.farthest_height(point),
             _ => -self.depth(point),
         }
     }
@@ -228,9 +225,7 @@ impl Primitive {
     /// Whether `point` is surely farther than `distance` outside [m]: at once where one face says so.
     pub fn is_farther(&self, point: &Vector3<f64>, distance: f64) -> bool {
         match self {
-            Primitive::Convex { hull } => {
-                hull.planes.iter().any(|plane| plane.normal.dot(point) - plane.offset > distance)
-            }
+            Primitive::Convex { hull } => hull.planes.iter().any(|plane| plane.height(point) > distance),
             _ => self.depth(point) < -distance,
         }
     }

@@ -1,5 +1,7 @@
 //! The settings under measurement: each once, then those worth it again and again, as time allows.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::budget::{self, Budget};
@@ -36,15 +38,31 @@ struct Sample {
     outcome: Result<Evaluation, String>,
 }
 
+/// Why a setting is without a measurement that could have one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum LeftOut {
+    /// It is foreseen to cost that, and less is left [s].
+    Unpaid(f64),
+    /// It was ended when it had cost that [s].
+    Ended(f64),
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LeftOut::Unpaid(seconds) => write!(f, "{LEFT_OUT}: about {seconds:.1} s"),
+            LeftOut::Ended(seconds) => write!(f, "{LEFT_OUT}: more than {seconds:.1} s"),
+        }
+    }
+}
+
 /// The settings under measurement.
 pub struct BenchmarkRunner<'a, S> {
     settings: &'a [DialSetting],
     reference: Option<&'a Reference>,
     store: &'a S,
     samples: Vec<Vec<Sample>>,
-    left_out: Vec<Option<String>>,
-    /// Whether a run was ended for what it costs.
-    overran: Vec<bool>,
+    left_out: Vec<Option<LeftOut>>,
     /// Work of the scene as written, for forecasts.
     written: &'a Work,
 }
@@ -57,9 +75,8 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
         store: &'a S,
         written: &'a Work,
     ) -> Self {
-        let n = settings.len();
-        let (samples, left_out, overran) = (vec![Vec::new(); n], vec![None; n], vec![false; n]);
-        BenchmarkRunner { settings, reference, store, samples, left_out, overran, written }
+        let (samples, left_out) = (vec![Vec::new(); settings.len()], vec![None; settings.len()]);
+        BenchmarkRunner { settings, reference, store, samples, left_out, written }
     }
 
     /// Each setting once, the cheapest first, as far as the budget goes.
@@ -70,7 +87,7 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
         order.sort_by_key(|(_, place)| *place != 0);
         for (forecast, place) in order {
             if place != 0 && !budget.covers(forecast) {
-                self.left_out[place] = Some(format!("{LEFT_OUT}: about {forecast:.1} s"));
+                self.left_out[place] = Some(LeftOut::Unpaid(forecast));
                 continue;
             }
             tell(&self.settings[place].label);
@@ -127,8 +144,7 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
             Some(sample)
         };
         let Some(sample) = self.known(place, number).or_else(measured) else {
-            self.left_out[place] = Some(format!("{LEFT_OUT}: more than {allowed:.1} s"));
-            self.overran[place] = true;
+            self.left_out[place] = Some(LeftOut::Ended(allowed));
             budget.spend(allowed);
             return;
         };
@@ -148,10 +164,10 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
 
     /// What a run of a setting costs, by the counts of one where there is one, and else as foreseen [s]; infinite where it was ended.
     pub fn price_of(&self, place: usize) -> f64 {
-        match self.samples[place].last() {
-            Some(sample) => self.price(place, sample),
-            None if self.overran[place] => f64::INFINITY,
-            None => self.forecast(place),
+        match (self.samples[place].last(), self.left_out[place]) {
+            (Some(sample), _) => self.price(place, sample),
+            (None, Some(LeftOut::Ended(_))) => f64::INFINITY,
+            (None, _) => self.forecast(place),
         }
     }
 
@@ -176,7 +192,7 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
             .iter()
             .zip(&self.samples)
             .zip(&self.left_out)
-            .map(|((setting, samples), left_out)| MeasuredSetting::of(setting, samples, left_out.clone()))
+            .map(|((setting, samples), left_out)| MeasuredSetting::of(setting, samples, *left_out))
             .collect();
         let windows = self.reference.iter().flat_map(|reference| &reference.quality.windows);
         for (window, Window { floor_m, .. }) in windows.enumerate() {
@@ -189,7 +205,7 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
 }
 
 impl MeasuredSetting {
-    fn of(setting: &DialSetting, samples: &[Sample], left_out: Option<String>) -> MeasuredSetting {
+    fn of(setting: &DialSetting, samples: &[Sample], left_out: Option<LeftOut>) -> MeasuredSetting {
         let worth = samples.first().and_then(|sample| sample.outcome.as_ref().ok());
         let failure = samples.first().and_then(|sample| sample.outcome.as_ref().err());
         let case = setting.case.as_ref();
@@ -204,7 +220,9 @@ impl MeasuredSetting {
             value: setting.value,
             changes: setting.changes.clone(),
             step_s: case.ok().and_then(|case| case.scene().solver.step_s).map(|step| step.0),
-            without: refused.or_else(|| failure.map(|why| format!("failed: {why}"))).or(left_out),
+            without: refused
+                .or_else(|| failure.map(|why| format!("failed: {why}")))
+                .or_else(|| left_out.map(|left_out| left_out.to_string())),
             cost: Cost::of(samples.iter().filter(|s| s.outcome.is_ok()).map(|s| s.cost).collect()),
             worth: worth.cloned(),
             warnings: match (worth, case) {

@@ -16,16 +16,18 @@ use crate::work::Work;
 ///
 /// Building the simulation counts, its metrics and files do not.
 pub fn timed(case: &Case) -> (Result<Run, Failure>, f64) {
-    let clock = ThreadTime::now();
-    let run = Run::of(case, |_| {});
-    (run, clock.elapsed().as_secs_f64())
+    clocked(|| Run::of(case, |_| {}))
 }
 
 /// The same while what it counted is `covered`, as it is asked at every frame; no run where it is not.
 pub fn timed_while(case: &Case, covered: impl Fn(&Work) -> bool) -> (Result<Option<Run>, Failure>, f64) {
+    clocked(|| while_covered(case, covered))
+}
+
+fn clocked<T>(act: impl FnOnce() -> T) -> (T, f64) {
     let clock = ThreadTime::now();
-    let run = while_covered(case, covered);
-    (run, clock.elapsed().as_secs_f64())
+    let done = act();
+    (done, clock.elapsed().as_secs_f64())
 }
 
 fn while_covered(case: &Case, covered: impl Fn(&Work) -> bool) -> Result<Option<Run>, Failure> {

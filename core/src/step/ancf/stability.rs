@@ -4,7 +4,6 @@
 //! Those of a net are no larger than the largest of an element by itself: ω² = κ E A / (μ l) + κ_b E I / (μ l³) for a
 //! straight one at its own length, γ = κ_c c / μ.
 
-use crate::cable::Cable;
 use crate::contact::penalty::PenaltyForce;
 use crate::net::Net;
 use crate::solver::Ancf;
@@ -45,8 +44,7 @@ pub fn stable_step(net: &Net, ancf: &Ancf) -> f64 {
 
 /// Share of the stable step of `net` that is chosen when a scene leaves the step out [-].
 pub fn safe_share(net: &Net) -> f64 {
-    let ratio = |cable: &Cable| 0.5 * cable.damping / (cable.stiffness * cable.reduced_mass).sqrt();
-    if net.cables.iter().all(|cable| ratio(cable) > DAMPED) { SAFE } else { SAFE_UNDAMPED }
+    if net.least_damping_ratio() > DAMPED { SAFE } else { SAFE_UNDAMPED }
 }
 
 /// [`stable_step`] with a contact force beside cables that are stable up to `stable` seconds: their ω² add up, and points answer

@@ -51,14 +51,9 @@ const PAIR: f64 = 0.788;
 /// 4.6e-4), with the secant force 1.8e-4 at most; built-in scenes have 1.3e-4 to 2.5e-4.
 const OVERSHOOT: f64 = 1e-3;
 
-/// Damping ratio of the cable of `net` that damps least [-].
-fn least_damping(net: &Net) -> f64 {
-    net.cables.iter().map(|cable| cable.damping_ratio()).fold(f64::INFINITY, f64::min)
-}
-
 /// Whether some cable of `net` hardly damps.
 fn hardly_damps(net: &Net) -> bool {
-    least_damping(net) < DAMPED
+    net.least_damping_ratio() < DAMPED
 }
 
 /// The integrator that is `chosen`, or which one suits `net` where that is left open.
@@ -87,7 +82,7 @@ fn most_overshoot(net: &Net, step: f64) -> f64 {
 pub fn parts_in_contact(integrator: Integrator, net: &Net, restitution: f64, substep: f64) -> u32 {
     if integrator == Integrator::Secant && hardly_damps(net) {
         let undamped = UNDAMPED[0] + restitution * (UNDAMPED[1] - UNDAMPED[0]);
-        let share = undamped + (least_damping(net) / HARDLY).min(1.0) * (FINE - undamped);
+        let share = undamped + (net.least_damping_ratio() / HARDLY).min(1.0) * (FINE - undamped);
         (substep / (share * stable_step(net))).ceil().max(1.0) as u32
     } else {
         1
