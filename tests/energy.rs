@@ -499,7 +499,7 @@ fn what_threads_draw_around_edges_makes_little() {
 /// parted: 0.2, 8e2.
 #[test]
 fn what_rubs_winds_and_jams_under_joints_makes_little() {
-    // Median and largest of five; of eight were measured 1.2e-4 and 1.5e-4, 1.3e-4 and 2.0e-4, 1.9e-4 and 2.0e-4, 1.7e-4 and 2.2e-4.
+    // Median and largest of three; of eight were measured 1.2e-4 and 1.5e-4, 1.3e-4 and 2.0e-4, 1.9e-4 and 2.0e-4, 1.7e-4 and 2.2e-4.
     for (name, changes) in [
         (
             "cubesat-free",
@@ -516,7 +516,7 @@ fn what_rubs_winds_and_jams_under_joints_makes_little() {
     ] {
         let mut all = vec!["solver.cables=joints", "solver.contact=rapier"];
         all.extend(&changes);
-        let members = common::ensemble(&common::scene(name, &all), 5);
+        let members = common::ensemble(&common::scene(name, &all), 3);
         let [_, median, largest] = common::spread(&members, "conservation.energy_created");
         println!("{changes:?}: {median:.1e}, {largest:.1e}");
         assert!(median < 4e-4 && largest < 1.5e-3, "{changes:?}: {median:.1e}, {largest:.1e}");

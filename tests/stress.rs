@@ -16,8 +16,9 @@ fn all_hold(stress: &Stress) {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Cases of minutes: `tumblenet stress` runs them.
-const LONG: [&str; 3] = ["ten-thousand-knots", "million-steps", "middle-axis-300-s"];
+/// Cases that take as long as half of all others, or minutes: `tumblenet stress` runs them.
+const LONG: [&str; 5] =
+    ["ten-thousand-knots", "million-steps", "middle-axis-300-s", "clamped-between-threads", "300-m-net"];
 
 /// All other cases under the default pair; the other pairs by `tumblenet stress`.
 #[test]
