@@ -533,7 +533,7 @@ impl Interactions {
         }
     }
 
-    /// Those of `n_knots` that constraints and contact laws may look at or change within the coming step, each once.
+    /// Those of `n_knots` that constraints and contact laws may look at or change within the coming step, those of several again.
     pub fn reached_knots(&mut self, n_knots: usize, knots: &mut Vec<usize>) {
         self.constrained_knots(knots);
         for &index in &self.contacts {
@@ -541,8 +541,6 @@ impl Interactions {
                 law.knots(n_knots, knots);
             }
         }
-        knots.sort_unstable();
-        knots.dedup();
     }
 
     fn each_constraint(&mut self, mut act: impl FnMut(&mut dyn SubstepConstraint)) {

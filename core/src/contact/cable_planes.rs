@@ -113,7 +113,7 @@ impl CablePlanes {
             self.cables_of[*knot].iter().for_each(|&cable| self.moved[cable] = true);
         }
         let mut before = std::mem::take(&mut self.before);
-        before.append(planes);
+        std::mem::swap(&mut before, planes);
         let mut rest = before.as_slice();
         let to_body = body.all_to_body();
         for cable in 0..self.cables.len() {

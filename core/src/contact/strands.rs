@@ -531,7 +531,7 @@ impl RowSource for StrandContacts {
         }
         if !rows.is_empty() {
             let target = InverseInertia::default();
-            let limits = IterationLimits::WHOLE;
+            let limits = IterationLimits::OF_STRANDS;
             gauss_seidel::solve(&mut rows, None, net, &mut Body::at_rest(), &target, limits);
             self.gave(&rows, net);
         }

@@ -43,9 +43,12 @@ impl SharedContacts {
     pub fn new(context: &BuildContext<'_>) -> SharedContacts {
         let BuildContext { net, target, options, .. } = *context;
         let in_turn = !context.acts_in_substeps;
-        let are_drawn = options.strands_touch.is_some() && options.has_constraints;
         SharedContacts {
-            limits: if are_drawn { IterationLimits::OF_DRAWN_STRANDS } else { IterationLimits::WHOLE },
+            limits: match (options.strands_touch, options.has_constraints) {
+                (None, _) => IterationLimits::WHOLE,
+                (Some(_), false) => IterationLimits::OF_STRANDS,
+                (Some(_), true) => IterationLimits::OF_DRAWN_STRANDS,
+            },
             friction: options.friction,
             lookahead: in_turn.then(|| Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS)),
             target: target.map(|target| InverseInertia::of(&target.model())),

@@ -260,6 +260,17 @@ impl MassSpring {
     }
 }
 
+/// Each of `knots` once and in order: by a mark on each, for those of cables are named by several planes. No mark is left.
+fn each_once(knots: &mut Vec<usize>, marks: &mut [bool]) {
+    if knots.is_empty() {
+        return;
+    }
+    for knot in knots.drain(..) {
+        marks[knot] = true;
+    }
+    knots.extend((0..marks.len()).filter(|&knot| std::mem::take(&mut marks[knot])));
+}
+
 impl Stepper for MassSpring {
     fn step(
         &mut self,
@@ -277,9 +288,8 @@ impl Stepper for MassSpring {
         with.reached_knots(state.knots.position.len(), &mut self.reached);
         if with.share_rows() {
             self.reached.extend(self.contacts.bearers());
-            self.reached.sort_unstable();
-            self.reached.dedup();
         }
+        each_once(&mut self.reached, &mut self.touched);
         self.net.load(&state.knots, &state.forces.on_knots);
         // One more than may be: those end it.
         let tried = self.net.tried();
