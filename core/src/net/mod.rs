@@ -22,7 +22,7 @@ use crate::cable::{self, Cable};
 use crate::json;
 use crate::problems::Problems;
 use crate::read;
-use spec::{EdgeCable, Launch, Material, MaterialChoice};
+use spec::{Launch, Material, MaterialChoice};
 
 /// A checked net.
 #[derive(Clone, Debug)]
@@ -65,8 +65,7 @@ impl Net {
     ///
     /// Faults go to `problems`, with their places below `net` of the scene.
     pub fn build(spec: &spec::NetSpec, launch: &Launch, problems: &mut Problems) -> Option<Net> {
-        let inner = CableMake::inner(spec, problems)?;
-        let edge = CableMake::edge(spec.edge_cable.as_ref(), &inner, problems)?;
+        let [inner, edge] = CableMake::inner_and_edge(spec, problems)?;
         let n_meshes = spec.meshes.map(|n| n as usize);
         let middle = spec.middle_knots as usize;
         let n_knots = spec.n_knots() as usize;
@@ -336,25 +335,29 @@ struct CableMake {
 }
 
 impl CableMake {
-    fn inner(spec: &spec::NetSpec, problems: &mut Problems) -> Option<CableMake> {
-        Some(CableMake {
-            material: material(&spec.cable.material, "net.cable.material", problems)?,
+    /// Of the mesh's cables, and of those around it.
+    fn inner_and_edge(spec: &spec::NetSpec, problems: &mut Problems) -> Option<[CableMake; 2]> {
+        let inner = material(&spec.cable.material, "net.cable.material", problems);
+        let own = spec.edge_cable.as_ref().and_then(|edge| edge.material.as_ref());
+        let of_edge = match own {
+            Some(choice) => material(choice, "net.edge_cable.material", problems),
+            None => inner.clone(),
+        };
+        let inner = CableMake {
+            material: inner?,
             diameter: spec.cable.diameter_m.0,
             damping_ratio: spec.cable.damping_ratio,
-        })
-    }
-
-    fn edge(spec: Option<&EdgeCable>, inner: &CableMake, problems: &mut Problems) -> Option<CableMake> {
-        let Some(spec) = spec else { return Some(inner.clone()) };
-        let material = match &spec.material {
-            Some(choice) => material(choice, "net.edge_cable.material", problems)?,
-            None => inner.material.clone(),
         };
-        Some(CableMake {
-            material,
-            diameter: spec.diameter_m.map_or(inner.diameter, |diameter| diameter.0),
-            damping_ratio: spec.damping_ratio.unwrap_or(inner.damping_ratio),
-        })
+        let of_edge = CableMake { material: of_edge?, ..inner.clone() };
+        let edge = match &spec.edge_cable {
+            Some(own) => CableMake {
+                diameter: own.diameter_m.map_or(inner.diameter, |diameter| diameter.0),
+                damping_ratio: own.damping_ratio.unwrap_or(inner.damping_ratio),
+                ..of_edge
+            },
+            None => of_edge,
+        };
+        Some([inner, edge])
     }
 
     /// A = π d² / 4 [m^2].

@@ -18,15 +18,16 @@ pub struct Repaired {
 
 /// Makes the scene `json` readable, in which the schema found `faults`; none where that does not succeed.
 pub fn repaired(json: &Value, faults: &[Problem]) -> Option<Repaired> {
-    // Parts of a shape and other sections key by key; then all key by key; then whole sections.
-    [(2, true), (2, false), (1, false)].into_iter().find_map(|(depth, in_shape)| {
+    // Cables, parts of a shape and other sections key by key; then cables as a whole; then all of the shape; then whole sections.
+    [(3, true), (2, true), (2, false), (1, false)].into_iter().find_map(|(depth, in_shape)| {
         let mut json = json.clone();
         let below = |fault: &&Problem| in_shape && fault.place.starts_with(SHAPE);
         let (in_shape, others): (Vec<&Problem>, Vec<&Problem>) = faults.iter().partition(below);
+        let deep = |place: &str| if related(place, "net") { depth } else { depth.min(2) };
         let mut places: Vec<String> =
-            others.iter().map(|fault| above(&fault.place, depth).to_owned()).collect();
+            others.iter().map(|fault| above(&fault.place, deep(&fault.place)).to_owned()).collect();
         let scene = json.as_object_mut()?;
-        places.iter().for_each(|place| repair(scene, place));
+        places.iter().for_each(|place| repair(scene, &sound(), place));
         if !in_shape.is_empty() {
             let of_target = json.pointer_mut("/target/shape")?;
             let parts = shape::repair(of_target, in_shape.iter().map(|fault| &fault.place[SHAPE.len()..]))?;
@@ -95,27 +96,29 @@ fn above(place: &str, depth: usize) -> &str {
     &place[..end]
 }
 
-/// Puts a sound value at `place` where one must stand, and nothing where none must.
-fn repair(scene: &mut Map<String, Value>, place: &str) {
-    let sound = json!({
+/// A scene in which nothing is wrong.
+fn sound() -> Value {
+    json!({
         "title": "", "duration_s": 1.0,
         "net": { "meshes": [1, 1], "mesh_length_m": 1.0, "bullet_mass_kg": 1.0,
                  "cable": { "material": "nylon", "diameter_m": 1e-3 } },
         "launch": { "speed_m_s": 1.0, "angle_deg": 0.0 },
         "target": { "shape": "ball-0.08", "distance_m": 1.0, "mass_kg": 1.0 }
-    });
-    let (map, key, sound) = match place.split_once('.') {
-        Some((section, key)) => match scene.get_mut(section).and_then(Value::as_object_mut) {
-            Some(map) => (map, key, sound[section].get(key)),
-            None => return repair(scene, section),
-        },
+    })
+}
+
+/// Puts the value that is `sound` at `place` of a `map` where one must stand, and nothing where none must.
+fn repair(map: &mut Map<String, Value>, sound: &Value, place: &str) {
+    if let Some((section, key)) = place.split_once('.') {
+        return match map.get_mut(section).and_then(Value::as_object_mut) {
+            Some(inner) => repair(inner, &sound[section], key),
+            None => repair(map, sound, section),
+        };
+    }
+    match sound.get(place) {
         // A target that is left out is no fault; one that is no target needs not be there.
-        None if place == "target" => (scene, place, None),
-        None => (scene, place, sound.get(place)),
-    };
-    match sound {
-        Some(value) => drop(map.insert(key.to_owned(), value.clone())),
-        None => drop(map.shift_remove(key)),
+        Some(value) if place != "target" => drop(map.insert(place.to_owned(), value.clone())),
+        _ => drop(map.shift_remove(place)),
     }
 }
 
@@ -165,6 +168,21 @@ mod tests {
             assert!(found.iter().any(|known| known == place), "{place} not in {found:?}");
         }
         assert_eq!(found.len(), 7, "{found:?}"); // the band is none, besides
+
+        let mut bad = scene();
+        bad["net"]["cable"] =
+            json!({ "material": "wood", "diameter_m": 1e-3, "damping_ratio": -1, "colour": "red" });
+        bad["net"]["edge_cable"] = json!({ "material": "stone", "diameter_m": 0 });
+        assert_eq!(
+            places(bad),
+            [
+                "net.cable.damping_ratio",
+                "net.cable.colour",
+                "net.edge_cable.diameter_m",
+                "net.cable.material",
+                "net.edge_cable.material"
+            ]
+        );
     }
 
     #[test]
@@ -222,6 +240,8 @@ mod tests {
             ("/duration_s", json!("long")),
             ("/net", json!(3)),
             ("/net/meshes", json!([0, 2.5])),
+            ("/net/cable", json!({ "diameter_m": 3 })),
+            ("/net/cable/diameter_m", json!(-3)),
             ("/launch", json!([])),
             ("/target", json!(7)),
             ("/target/shape", json!({ "parts": [{ "cuboid": [0, 1, 1] }] })),
