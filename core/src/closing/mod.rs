@@ -214,7 +214,7 @@ impl Mechanism {
 
     /// Threads and latches pull in turn, until none changes what the others left.
     fn sweep(&mut self, knots: &mut Knots, step: f64) {
-        let has_latches = self.lock.as_ref().is_some_and(Lock::pulls);
+        let has_latches = self.lock.as_ref().is_some_and(|lock| !lock.is_empty());
         let sweeps = if has_latches { SWEEPS_WITH_LATCHES } else { self.effort.sweeps };
         for _ in 0..sweeps {
             let mut changed = false;
