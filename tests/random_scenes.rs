@@ -89,7 +89,7 @@ fn scene(seed: u64) -> Value {
 #[test]
 fn what_is_drawn_keeps_momentum_and_most_of_it_energy() {
     let mut created = Vec::new();
-    for seed in 0..60 {
+    for seed in 0..48 {
         let scene = scene(seed);
         let case = match Case::build(&source_of(scene.clone())) {
             Ok(case) => case,
@@ -124,6 +124,6 @@ fn what_is_drawn_keeps_momentum_and_most_of_it_energy() {
         share(1e-3)
     );
     assert!(created.len() >= 40, "most can be run: {}", created.len());
-    // Measured 1.6e-5 and 0.067.
-    assert!(created[created.len() / 2] < 1.6e-4 && share(1e-3) < 0.15, "{created:?}");
+    // Measured 7.1e-6, and none; of 60 once 1.6e-5 and 0.067.
+    assert!(created[created.len() / 2] < 7e-5 && share(1e-3) < 0.05, "{created:?}");
 }
