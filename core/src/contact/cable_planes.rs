@@ -112,8 +112,7 @@ impl CablePlanes {
         for (knot, _) in renewed {
             self.cables_of[*knot].iter().for_each(|&cable| self.moved[cable] = true);
         }
-        let mut before = std::mem::take(&mut self.before);
-        std::mem::swap(&mut before, planes);
+        let mut before = std::mem::replace(planes, std::mem::take(&mut self.before));
         let mut rest = before.as_slice();
         let to_body = body.all_to_body();
         for cable in 0..self.cables.len() {

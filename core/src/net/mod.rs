@@ -327,7 +327,6 @@ pub fn shots(spec: &spec::NetSpec, launch: &Launch) -> [Vector3<f64>; 4] {
 }
 
 /// What a cable is made of.
-#[derive(Clone)]
 struct CableMake {
     material: Material,
     diameter: f64,
@@ -337,27 +336,18 @@ struct CableMake {
 impl CableMake {
     /// Of the mesh's cables, and of those around it.
     fn inner_and_edge(spec: &spec::NetSpec, problems: &mut Problems) -> Option<[CableMake; 2]> {
-        let inner = material(&spec.cable.material, "net.cable.material", problems);
-        let own = spec.edge_cable.as_ref().and_then(|edge| edge.material.as_ref());
-        let of_edge = match own {
-            Some(choice) => material(choice, "net.edge_cable.material", problems),
+        let (cable, edge) = (&spec.cable, spec.edge_cable.as_ref());
+        let inner = material(&cable.material, "net.cable.material", problems);
+        let around = match edge.and_then(|edge| edge.material.as_ref()) {
+            Some(own) => material(own, "net.edge_cable.material", problems),
             None => inner.clone(),
         };
-        let inner = CableMake {
-            material: inner?,
-            diameter: spec.cable.diameter_m.0,
-            damping_ratio: spec.cable.damping_ratio,
-        };
-        let of_edge = CableMake { material: of_edge?, ..inner.clone() };
-        let edge = match &spec.edge_cable {
-            Some(own) => CableMake {
-                diameter: own.diameter_m.map_or(inner.diameter, |diameter| diameter.0),
-                damping_ratio: own.damping_ratio.unwrap_or(inner.damping_ratio),
-                ..of_edge
-            },
-            None => of_edge,
-        };
-        Some([inner, edge])
+        let edge_diameter = edge.and_then(|edge| edge.diameter_m).unwrap_or(cable.diameter_m);
+        let edge_ratio = edge.and_then(|edge| edge.damping_ratio).unwrap_or(cable.damping_ratio);
+        Some([
+            CableMake { material: inner?, diameter: cable.diameter_m.0, damping_ratio: cable.damping_ratio },
+            CableMake { material: around?, diameter: edge_diameter.0, damping_ratio: edge_ratio },
+        ])
     }
 
     /// A = π d² / 4 [m^2].

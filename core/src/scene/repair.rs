@@ -18,6 +18,7 @@ pub struct Repaired {
 
 /// Makes the scene `json` readable, in which the schema found `faults`; none where that does not succeed.
 pub fn repaired(json: &Value, faults: &[Problem]) -> Option<Repaired> {
+    let sound = sound();
     // Cables, parts of a shape and other sections key by key; then cables as a whole; then all of the shape; then whole sections.
     [(3, true), (2, true), (2, false), (1, false)].into_iter().find_map(|(depth, in_shape)| {
         let mut json = json.clone();
@@ -27,7 +28,7 @@ pub fn repaired(json: &Value, faults: &[Problem]) -> Option<Repaired> {
         let mut places: Vec<String> =
             others.iter().map(|fault| above(&fault.place, deep(&fault.place)).to_owned()).collect();
         let scene = json.as_object_mut()?;
-        places.iter().for_each(|place| repair(scene, &sound(), place));
+        places.iter().for_each(|place| repair(scene, &sound, place));
         if !in_shape.is_empty() {
             let of_target = json.pointer_mut("/target/shape")?;
             let parts = shape::repair(of_target, in_shape.iter().map(|fault| &fault.place[SHAPE.len()..]))?;
