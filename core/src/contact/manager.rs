@@ -260,6 +260,11 @@ impl ContactManager {
         self.own().is_none_or(SurfaceContacts::is_asleep)
     }
 
+    /// Whether net and target are apart, or there is no target to a solver of ours.
+    pub fn is_separated(&self) -> bool {
+        self.own().is_none_or(SurfaceContacts::is_separated)
+    }
+
     /// Knots that a solver of ours watches now.
     pub fn watched(&self) -> impl Iterator<Item = usize> {
         self.own().into_iter().flat_map(SurfaceContacts::watched)

@@ -116,6 +116,11 @@ impl DetectionSchedule {
         Detection::Cached
     }
 
+    /// Whether net and target were apart at the last update, as they are before any.
+    pub fn is_separated(&self) -> bool {
+        self.seen.is_empty()
+    }
+
     /// How far a knot may come within the step, as seen from the target [m].
     pub fn thrown(&self) -> f64 {
         self.thrown

@@ -254,6 +254,11 @@ impl SurfaceContacts {
         self.awake.is_empty() && self.rows.is_empty()
     }
 
+    /// Whether net and target are apart.
+    pub fn is_separated(&self) -> bool {
+        self.schedule.is_separated()
+    }
+
     /// Rows of a (sub-)step of `step` seconds, with what they begin with.
     fn prepare(&mut self, net: &impl NetMotion, body: &Body, step: f64) {
         self.rows.clear();

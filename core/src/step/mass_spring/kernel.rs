@@ -180,6 +180,9 @@ impl ExplicitNet {
 
     /// The secant force hears of the energy of `knots`, and whether one was moved from outside.
     fn tell_secant(&mut self, knots: &Knots) {
+        if self.has_landed() {
+            return;
+        }
         let Some(secant) = &mut self.secant else { return };
         let (mut moved, mut kinetic) = (false, 0.0);
         for (knot, &at) in self.place.iter().enumerate() {
@@ -297,6 +300,22 @@ impl ExplicitNet {
         self.integrator == Integrator::Symplectic
     }
 
+    /// Whether a flight of velocities at the time of the positions was ended by what pushed the net.
+    pub fn has_landed(&self) -> bool {
+        self.secant.is_some() && self.lags()
+    }
+
+    /// Takes up again the flight that was ended, where what cables did to velocities is `lag` seconds behind positions; effects push for whole steps.
+    pub fn fly_again(&mut self, lag: f64) {
+        self.kick(lag);
+        self.push_for(-lag);
+        self.integrator = Integrator::Secant;
+        if let Some(secant) = &mut self.secant {
+            secant.displace();
+            secant.dissipated = 0.0;
+        }
+    }
+
     /// Velocities after what effects push with has acted for `time` seconds by itself.
     pub fn push_for(&mut self, time: f64) {
         let (sum, term) = (&mut self.velocity, &self.push);
@@ -310,7 +329,6 @@ impl ExplicitNet {
             // way that a cable's work could be booked over. Kept on through contact, with its books set right
             // afterwards, the integrator made 2e-4 to 2 of the launch energy on captures.
             self.integrator = Integrator::Symplectic;
-            self.secant = None;
         }
         let (sum, term) = (&mut self.position, &self.velocity);
         self.arch.dispatch(AddScaled { sum, term, factor: step });
@@ -319,7 +337,8 @@ impl ExplicitNet {
     /// What the cables' dashpots took since the last call [J]; only [`Integrator::Secant`] knows, and only
     /// until something pushes the net.
     pub fn take_dissipated(&mut self) -> Option<f64> {
-        self.secant.as_mut().map(|secant| std::mem::take(&mut secant.dissipated))
+        let has_landed = self.has_landed();
+        self.secant.as_mut().filter(|_| !has_landed).map(|secant| std::mem::take(&mut secant.dissipated))
     }
 
     fn kick_secant(&mut self, step: f64) {

@@ -147,6 +147,18 @@ impl MassSpring {
         parts
     }
 
+    /// A net that has come away from its target, and that nothing else touches, flies again as before it met it. Semi-implicit Euler lets the
+    /// energy of undamped cables wander for as long as they thrash: 29 drawn nets with little damping or none made within 6 s up to 3.8e-3 of the
+    /// energy at hand, three of them more than 1e-3; so 8.5e-4 at most, in half the time.
+    fn fly_again(&mut self) {
+        if !self.net.has_landed() || !self.reached.is_empty() || !self.contacts.is_separated() {
+            return;
+        }
+        self.net.fly_again(if self.in_time { 0.0 } else { 0.5 * self.substep });
+        self.substep *= f64::from(self.parts_in_contact);
+        self.n_substeps /= self.parts_in_contact;
+    }
+
     /// For so much of a sub-step forces of effects act where knots are now.
     fn act_at(&self, state: &mut State, substeps: f64) {
         let positions = (0..state.knots.position.len()).map(|knot| self.net.position(knot));
@@ -294,6 +306,7 @@ impl Stepper for MassSpring {
         // One more than may be: those end it.
         let tried = self.net.tried();
         self.net.allow(self.cuts.begin().saturating_add(1));
+        self.fly_again();
         let bounces = self.contacts.bounce() || with.bounce();
         if state.step == 0 {
             self.in_time = with.kick_knots();

@@ -23,7 +23,8 @@
 //! 0.003, 4e-2, 3e-4, 1.7; 0.1, 2e-2, 3e-4, 1.02; 5, -, 2e-4, 1.0. Bullets at 0.5 s and damping 0.1 are 2e-4 to 4e-4 m off.
 //!
 //! This holds for a net in flight. From the first contact or thread on the net is integrated by semi-implicit
-//! Euler, see [`ExplicitNet::drift`](super::kernel::ExplicitNet::drift).
+//! Euler, see [`ExplicitNet::drift`](super::kernel::ExplicitNet::drift), until it has come away from its target, see
+//! [`ExplicitNet::fly_again`](super::kernel::ExplicitNet::fly_again).
 //!
 //! Forces of the lines along Y and of those along Z are added up apart: a net that mirrors itself then does so
 //! to the last bit.
