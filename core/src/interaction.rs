@@ -21,7 +21,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::contact::row::{MarkedKnots, RowSource};
-use crate::state::{Body, BodyModel, Contact, EffectWork, Forces, Knots, State, Wrench};
+use crate::state::{Body, BodyModel, Contact, EffectWork, Forces, Knots, State, Tie, Wrench};
 use crate::work::Clock;
 
 /// Which half of a kick: before the motion of a step, or after it.
@@ -85,27 +85,6 @@ pub struct StepNeeds {
     pub parts: u32,
     /// What the method is to hold from now on, and not the constraint: it cannot see what comes after it.
     pub ties: Vec<Tie>,
-}
-
-/// Two knots that may not part beyond a distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tie {
-    /// They.
-    pub knots: [usize; 2],
-    /// The distance [m].
-    pub distance: f64,
-}
-
-impl Tie {
-    /// How far they are apart [m].
-    pub fn apart(&self, knots: &Knots) -> f64 {
-        (knots.position[self.knots[1]] - knots.position[self.knots[0]]).norm()
-    }
-
-    /// Where it holds them now [m]: what it gave way by it does not take back, and where they come nearer it follows.
-    pub fn holds_at(&self, knots: &Knots) -> f64 {
-        self.apart(knots).max(self.distance)
-    }
 }
 
 /// How a constraint fared in a step that may be taken back.

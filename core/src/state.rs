@@ -223,11 +223,35 @@ pub struct State {
     /// Written at the start: what of them does not change, in the same order.
     pub body_models: Arc<[BodyModel]>,
 
+    /// Written by the method, where it holds them together for a constraint: pairs of knots.
+    pub ties: Vec<Tie>,
+
     /// Written by `contact`: the contacts within the step.
     pub contacts: Vec<Contact>,
 
     /// Written by `cables`: largest tension of each cable within the step [N].
     pub tension: Vec<f64>,
+}
+
+/// Two knots that may not part beyond a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tie {
+    /// They.
+    pub knots: [usize; 2],
+    /// The distance [m].
+    pub distance: f64,
+}
+
+impl Tie {
+    /// How far they are apart [m].
+    pub fn apart(&self, knots: &Knots) -> f64 {
+        (knots.position[self.knots[1]] - knots.position[self.knots[0]]).norm()
+    }
+
+    /// Where it holds them now [m]: what it gave way by it does not take back, and where they come nearer it follows.
+    pub fn holds_at(&self, knots: &Knots) -> f64 {
+        self.apart(knots).max(self.distance)
+    }
 }
 
 impl Clone for State {
@@ -250,6 +274,7 @@ impl Clone for State {
             totals,
             bodies,
             body_models,
+            ties,
             contacts,
             tension,
         } = from;
@@ -261,6 +286,7 @@ impl Clone for State {
         self.inner.clone_from(inner);
         self.bodies.clone_from(bodies);
         self.body_models.clone_from(body_models);
+        self.ties.clone_from(ties);
         self.contacts.clone_from(contacts);
         self.tension.clone_from(tension);
     }

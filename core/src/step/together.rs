@@ -19,7 +19,7 @@ use crate::contact::{ContactManager, InverseInertia};
 use crate::friction::Law;
 use crate::interaction::Interactions;
 use crate::options::BuildContext;
-use crate::state::{Body, State, TARGET};
+use crate::state::{Body, State, TARGET, Tie};
 
 /// Contacts that share one problem: all rows of a sub-step.
 #[derive(Default)]
@@ -60,6 +60,13 @@ impl SharedContacts {
     pub fn update(&mut self, state: &State) {
         if let (Some(lookahead), Some(body)) = (&mut self.lookahead, state.target()) {
             lookahead.update(&state.contacts, body);
+        }
+    }
+
+    /// Sees which knots the engine holds together.
+    pub fn tie(&mut self, ties: &[Tie]) {
+        if let Some(lookahead) = &mut self.lookahead {
+            lookahead.tie(ties);
         }
     }
 

@@ -207,7 +207,7 @@ impl RapierJoints {
         if with.touch() {
             // What is left there is not of the cables, and shorter parts do not take it: they cost up to half of the run. (Of knots alone
             // they do: one of 13 runs of `stress coincident-knots` under joints+impulse made 1.5e-3, none more than 2.2e-4 so.)
-            self.substep.at_most(self.most_with_contacts);
+            self.substep.for_energy_at_most(self.most_with_contacts);
         }
         let may_cut = self.substep.may_cut();
         if may_cut && with.touch() {
@@ -220,6 +220,10 @@ impl RapierJoints {
             if !self.contacts.is_by_force() {
                 self.substep.at_least(needs.parts);
             }
+            for kept in [&mut *state, &mut self.starts[0]] {
+                kept.ties.extend_from_slice(&needs.ties);
+            }
+            self.shared.tie(&state.ties);
             self.ties.add(needs.ties, &mut self.world);
             self.ties.follow(&state.knots, &mut self.world);
         }

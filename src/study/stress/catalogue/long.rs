@@ -118,6 +118,5 @@ fn million_steps() -> StressCase {
         scene,
     )
     .once()
-    .limited("explicit+impulse", COARSE, &["solver.step_s=1e-4"], &RISES) // measured 1.1e-3
     .not_run("joints+penalty", TOO_LONG)
 }
