@@ -36,7 +36,7 @@ const OR_NONE: [(&str, f64, f64); 1] = [("overlap", 0.0, 4.0)]; // measured 0 to
 /// Why a net rises above an earlier minimum of its energy at the step that it takes by itself.
 const COARSE: &str = "the energy of cables that go taut, most of all where a contact holds or turns them, is known to some powers of the step";
 
-/// How far. Measured with joints and forces of our own 1.5e-3 to 1.9e-3, with explicit cables 1.1e-3.
+/// How far. Measured with joints and forces of our own 1.5e-3 to 1.9e-3.
 const RISES: [(&str, f64, f64); 1] = [("energy", 2e-4, 3e-2)];
 
 /// The same where chance decides whether it does. Measured with explicit cables 6.8e-4 in the middle of 24, 1.3e-3 at most.

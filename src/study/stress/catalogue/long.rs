@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{BY_CHANCE, COARSE, OVERLAPS, RISES, RISES_BY_CHANCE, SOFT, TOO_LONG, net, with, with_target};
+use super::{BY_CHANCE, COARSE, OVERLAPS, RISES_BY_CHANCE, SOFT, TOO_LONG, net, with, with_target};
 use crate::study::stress::hard::{StressCase, Theme};
 
 /// The cases.
