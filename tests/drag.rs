@@ -128,3 +128,28 @@ fn a_bullet_in_its_barrel_is_not_dragged() {
     within("of the time in the air", lost[1] / lost[0], [0.45, 0.55]);
     below("in the barrel", lost[2].abs() / lost[0], 1e-9);
 }
+
+/// Under joints contacts are answered before the engine applies what drags: they look at what it will leave. Where they did not, all of 16 members made
+/// 2.2e-3 to 2.5e-3 of the energy at hand, and cables came 45 mm in. Measured, the largest of 16: 1.6e-4 and 4.3 mm.
+#[test]
+fn a_stream_does_not_press_cables_into_the_target() {
+    let case = case_of(json!({
+        "title": "a dense stream presses a net of thin cables onto a satellite", "duration_s": 1.2,
+        "net": { "meshes": [4, 4], "mesh_length_m": 0.3, "bullet_mass_kg": 0.2,
+                 "cable": { "material": "nylon", "diameter_m": 0.0005, "damping_ratio": 0.1 },
+                 "fold": { "scheme": "scaled", "ratio": 0.1 } },
+        "launch": { "speed_m_s": 2.0, "angle_deg": 40.0 },
+        "target": { "distance_m": 1.2, "spin_rad_s": [-0.632, 0.007, -1.619], "offset_m": [-0.059, 0.072],
+                    "attitude_deg": [-12.7, 11.9, -28.2],
+                    "shape": { "parts": [{ "cuboid": [0.2, 0.2, 0.2], "mass_kg": 3.0 },
+                                         { "cuboid": [0.02, 0.5, 0.2], "position_m": [0.0, 0.34, 0.0], "mass_kg": 0.3 }] } },
+        "effects": { "friction": { "coefficient": 0.3 }, "cable_contact": {},
+                     "drag": { "density_kg_m3": 100.0, "wind_m_s": [3.0, 0.0, 0.0] } },
+        "solver": { "cables": "joints", "contact": "impulse" }
+    }));
+    let members = common::ensemble(&case, 4);
+    let [_, _, created] = common::spread(&members, "conservation.energy_created");
+    let [_, _, deepest] = common::spread(&members, "contact.max_penetration_m");
+    below("created", created, 1e-3);
+    below("cables inside, m", deepest, 0.02);
+}
