@@ -16,8 +16,7 @@
 //! Latches are a choice of ours: the source has none.
 
 use super::thread::{LengthCommand, Thread, ThreadSweeps};
-use crate::state::Knots;
-use crate::state::Tie;
+use crate::state::{Knots, Tie};
 
 /// Steps between two looks for knots to latch: between them a knot moves a few millimetres.
 const EVERY: u64 = 8;

@@ -22,8 +22,7 @@ use super::gauss_seidel::{self, IterationLimits, Rubbing};
 use super::row::{ContactRow, JacobianWeights, NetMotion};
 use crate::cable::Cable;
 use crate::net::Net;
-use crate::state::Tie;
-use crate::state::{Body, Contact};
+use crate::state::{Body, Contact, State, Tie};
 
 /// A cable that cannot become taut at so many times the speed its ends part with has no row.
 const REST_MARGIN: f64 = 3.0;
@@ -81,13 +80,16 @@ impl Lookahead {
         self.ties.extend_from_slice(ties);
     }
 
-    /// Takes over the contacts of the step that led to `body`. A step in several parts has a record of each, of which the
-    /// last counts: all together held a knot five times as hard as the engine did, and a cable that pressed it against
-    /// a panel from the other side pressed five times harder at each step, up to 155 N s.
-    pub fn update(&mut self, contacts: &[Contact], body: &Body) {
+    /// Takes over what the engine holds after the step that led to `state`, with the target as `body`: knots that are tied, and those in
+    /// contact. A step in several parts has a record of each contact, of which the last counts: all together held a knot
+    /// five times as hard as the engine did, and a cable that pressed it against a panel from the other side pressed
+    /// five times harder at each step, up to 155 N s.
+    pub fn update(&mut self, state: &State, body: &Body) {
+        self.tie(&state.ties);
         self.held.clear();
         let in_body = |v: &Vector3<f64>| body.attitude.inverse_transform_vector(v);
-        let pressed = contacts.iter().filter(|contact| contact.along.is_none() && contact.impulse > 0.0);
+        let pressed =
+            state.contacts.iter().filter(|contact| contact.along.is_none() && contact.impulse > 0.0);
         self.held.extend(pressed.rev().map(|contact| HeldKnot {
             knot: contact.knot,
             part: contact.part,
@@ -254,7 +256,7 @@ mod tests {
             record(3, 0, 0.0),
         ];
         let body = Body::at_rest();
-        ahead.update(&of_parts, &body);
+        ahead.update(&State { contacts: of_parts.to_vec(), ..State::default() }, &body);
         let mut knots = Knots { position: vec![Vector3::zeros(); 8], velocity: vec![Vector3::zeros(); 8] };
         let net = MarkedKnots { knots: &mut knots, before: &[], inverse_mass: &[1.0; 8], touched: &mut [] };
         let mut rows = Vec::new();
@@ -298,7 +300,7 @@ mod tests {
     fn a_plane_is_held_against_where_its_cable_runs_through_the_part() {
         let mut ahead = without_cables();
         let above = Contact { knot: 1, part: 3, impulse: 1.0, normal: Vector3::z(), ..Contact::default() };
-        ahead.update(&[above], &Body::at_rest());
+        ahead.update(&State { contacts: vec![above], ..State::default() }, &Body::at_rest());
         let at =
             |share, part| Contact { part, along: Some(Along { cable: 0, end: 2, share }), knot: 1, ..above };
         let below = Vector3::new(0.15, 0.0, -0.99);

@@ -325,8 +325,7 @@ impl StrandContacts {
         if let (NormalSolver::GaussSeidel { lookahead: Some(lookahead) }, Some(_)) =
             (&mut self.solver.normal, self.target)
         {
-            lookahead.tie(&state.ties);
-            lookahead.update(&state.contacts, &state.bodies[TARGET]);
+            lookahead.update(state, &state.bodies[TARGET]);
         }
     }
 

@@ -150,8 +150,7 @@ impl SurfaceContacts {
     /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.
     pub fn update(&mut self, state: &State, body: &Body, step: f64) {
         if let NormalSolver::GaussSeidel { lookahead: Some(lookahead), .. } = &mut self.solver.normal {
-            lookahead.tie(&state.ties);
-            lookahead.update(&state.contacts, body);
+            lookahead.update(state, body);
         }
         match self.schedule.update(&state.knots, body, step) {
             Detection::Separated => self.planes.clear(),

@@ -59,7 +59,7 @@ impl SharedContacts {
     /// Before a step from `state`: sees what the engine holds.
     pub fn update(&mut self, state: &State) {
         if let (Some(lookahead), Some(body)) = (&mut self.lookahead, state.target()) {
-            lookahead.update(&state.contacts, body);
+            lookahead.update(state, body);
         }
     }
 

@@ -334,8 +334,8 @@ impl ExplicitNet {
         self.arch.dispatch(AddScaled { sum, term, factor: step });
     }
 
-    /// What the cables' dashpots took since the last call [J]; only [`Integrator::Secant`] knows, and only
-    /// until something pushes the net.
+    /// What the cables' dashpots took since the last call [J]; only [`Integrator::Secant`] knows, while
+    /// the net flies.
     pub fn take_dissipated(&mut self) -> Option<f64> {
         let has_landed = self.has_landed();
         self.secant.as_mut().filter(|_| !has_landed).map(|secant| std::mem::take(&mut secant.dissipated))

@@ -200,8 +200,6 @@ impl RapierJoints {
         work: &mut Work,
         clock: &mut Clock,
     ) -> Result<u32, Failure> {
-        self.starts[0].clone_from(state);
-        self.answered_before.clone_from(&self.answered);
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
         if with.touch() {
@@ -220,13 +218,13 @@ impl RapierJoints {
             if !self.contacts.is_by_force() {
                 self.substep.at_least(needs.parts);
             }
-            for kept in [&mut *state, &mut self.starts[0]] {
-                kept.ties.extend_from_slice(&needs.ties);
-            }
+            state.ties.extend_from_slice(&needs.ties);
             self.shared.tie(&state.ties);
             self.ties.add(needs.ties, &mut self.world);
             self.ties.follow(&state.knots, &mut self.world);
         }
+        self.starts[0].clone_from(state);
+        self.answered_before.clone_from(&self.answered);
         self.cuts.begin();
         let mut cuts = 0;
         loop {

@@ -12,8 +12,7 @@
 //! | and steps in more parts where one opens by 5 % | 2.3e-4, 1.9e-3 | 1.5e-4, 2.5e-3 |
 //! | and follow | 1.5e-4, 2.0e-4 | 1.4e-4, 1.6e-4 |
 
-use crate::state::Knots;
-use crate::state::Tie;
+use crate::state::{Knots, Tie};
 use crate::world::{Softness, World};
 
 /// Natural frequency times the step, and damping ratio: a third of what is beyond the distance is taken back in a step, and a tie gives way by less than
