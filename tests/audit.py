@@ -186,7 +186,10 @@ def behind_plates(part, points):
     crosses = height[1:] * height[:-1] < 0
     share = height[:-1] / np.where(crosses, height[:-1] - height[1:], 1)
     at = points[:-1] + share[..., None] * (points[1:] - points[:-1])
-    inside = (np.abs(at[..., others]) < 0.95 * part.half[others]).all(-1)
+    # One that rounds an edge between two frames crosses nearer to it than it moves.
+    way = np.linalg.norm(points[1:] - points[:-1], axis=-1, keepdims=True)
+    edge = part.half[others] - np.maximum(way, 0.05 * part.half[others])
+    inside = (np.abs(at[..., others]) < edge).all(-1)
     # An even number of crossings leads back.
     return int(((crosses & inside).sum(0) % 2 == 1).sum())
 

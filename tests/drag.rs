@@ -129,8 +129,8 @@ fn a_bullet_in_its_barrel_is_not_dragged() {
     below("in the barrel", lost[2].abs() / lost[0], 1e-9);
 }
 
-/// Under joints contacts are answered before the engine applies what drags: they look at what it will leave. Where they did not, all of 16 members made
-/// 2.2e-3 to 2.5e-3 of the energy at hand, and cables came 45 mm in. Measured, the largest of 16: 1.6e-4 and 4.3 mm.
+/// Under joints contacts are answered before the engine moves the net: what drags acts before them. Where it did not, all of 16 members made
+/// 2.2e-3 to 2.5e-3 of the energy at hand, and cables came 45 mm in. Measured, the largest of 16: 1.7e-4 and 4.3 mm.
 #[test]
 fn a_stream_does_not_press_cables_into_the_target() {
     let case = case_of(json!({

@@ -1,6 +1,6 @@
 //! The engine's world, in the build that the module around this file names `rapier`.
 //!
-//! Bodies are built once; a step writes velocities that snaps changed and forces of effects, lets
+//! Bodies are built once; a step writes velocities that snaps, contacts and effects changed, lets
 //! the engine advance, and reads positions, velocities and contacts back.
 
 #[path = "capsules.rs"]
@@ -20,7 +20,7 @@ use nalgebra::Vector3;
 
 use super::rapier;
 use crate::net::Net;
-use crate::state::{Body, Contact, Forces, Knots, State, TARGET};
+use crate::state::{Body, Contact, Knots, State, TARGET};
 use crate::target::Target;
 use crate::target::spec::Motion;
 use crate::world::{Census, Setup, Softness};
@@ -42,7 +42,6 @@ pub struct World {
     target: Option<TargetHandles>,
     /// How friction acts, where it does.
     sliding: Option<Sliding>,
-    forces_act: bool,
 }
 
 /// The target's handles and what detection needs of it.
@@ -93,7 +92,7 @@ impl World {
             .collect();
         let target = target.map(|target| insert_target(&mut physics, target, net, &knots, setup, reach));
         let sliding = setup.friction.map(|law| Sliding { law });
-        World { physics, knots, joints: Vec::new(), target, sliding, forces_act: false }
+        World { physics, knots, joints: Vec::new(), target, sliding }
     }
 
     pub fn tie(&mut self, [a, b]: [usize; 2], rest_length: f64, softness: Softness) -> usize {
@@ -168,16 +167,6 @@ impl World {
         }
     }
 
-    pub fn apply(&mut self, forces: &Forces) {
-        if forces.on_knots.is_empty() {
-            return;
-        }
-        self.forces_act = true;
-        for (&handle, force) in self.knots.iter().zip(&forces.on_knots) {
-            self.physics.bodies[handle].add_force(engines(force), false);
-        }
-    }
-
     /// Turns detection on when the boxes of net and target come within reach of each other.
     fn watch(&mut self, state: &State) {
         if self.detecting() || self.apart(state) {
@@ -207,13 +196,6 @@ impl World {
         match &self.sliding {
             Some(sliding) => self.physics.step_with_events(sliding, &()),
             None => self.physics.step(),
-        }
-        if self.forces_act {
-            // The engine keeps forces until they are taken back.
-            for &handle in &self.knots {
-                self.physics.bodies[handle].reset_forces(false);
-            }
-            self.forces_act = false;
         }
         self.read(state);
     }

@@ -24,7 +24,7 @@ use nalgebra::Vector3;
 use crate::friction::Law;
 use crate::net::Net;
 use crate::solver::Precision;
-use crate::state::{Body, Contact, Forces, State};
+use crate::state::{Body, Contact, State};
 use crate::target::Target;
 
 pub use double::engine::settings;
@@ -138,11 +138,6 @@ impl World {
     /// Takes over all velocities of `state`.
     pub fn write_velocities(&mut self, state: &State) {
         either!(Engine, &mut self.0, engine => engine.write_velocities(state));
-    }
-
-    /// Applies the forces on knots over the next step; none where no effect applies any.
-    pub fn apply(&mut self, forces: &Forces) {
-        either!(Engine, &mut self.0, engine => engine.apply(forces));
     }
 
     /// How far from each other the engine sees a knot and a part [m]; 0 without contacts.
