@@ -170,7 +170,7 @@ impl EnergyAudit {
     pub fn add(&mut self, index: usize, work: &EffectWork) {
         self.ledger.effects[index] += work.work;
         if !self.internal[index] {
-            self.ledger.outside += work.work;
+            self.ledger.outside += work.work - work.made;
             self.ledger.lost += work.lost;
         }
         self.outside_impulse += work.impulse;

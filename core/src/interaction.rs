@@ -42,6 +42,12 @@ pub trait ForceElement: Send {
     fn energy(&self, _state: &State) -> f64 {
         0.0
     }
+
+    /// Velocity of the medium that its forces on knots are the resistance of [m/s]: seen from there they only take energy. What they give all the same
+    /// was made, by their being held over a step.
+    fn resists_in(&self) -> Option<Vector3<f64>> {
+        None
+    }
 }
 
 /// Changes velocities at both ends of a step, around all that happens in it.
@@ -340,6 +346,10 @@ struct AppliedForces {
     work_on_bodies: f64,
     /// Energy it stored at the start of the step [J].
     stored: f64,
+    /// Where it is resistance: velocity of the medium [m/s], and its work on knots as seen from there, now and at least so far [J].
+    medium: Option<Vector3<f64>>,
+    in_medium: f64,
+    least_in_medium: f64,
 }
 
 impl Interactions {
@@ -354,12 +364,23 @@ impl Interactions {
             (0..list.len()).filter(|&index| offers(list[index].effect.as_mut())).collect()
         };
         let forces = of_kind(|effect| effect.forces().is_some());
-        let applied =
-            |index| AppliedForces { index, forces: Forces::default(), work_on_bodies: 0.0, stored: 0.0 };
         let kicks_knots = of_kind(|effect| effect.half_kick().is_some_and(|kick| kick.kicks_knots()));
         let kicks_only_knots = of_kind(|effect| {
             effect.half_kick().is_some_and(|kick| kick.kicks_knots() && !kick.kicks_elements())
         });
+        let applied = |index: usize| AppliedForces {
+            index,
+            forces: Forces::default(),
+            work_on_bodies: 0.0,
+            stored: 0.0,
+            medium: list[index].effect.forces().and_then(|element| element.resists_in()),
+            in_medium: 0.0,
+            least_in_medium: 0.0,
+        };
+        let forces = forces.into_iter().map(applied).collect();
+        let mut of_kind = |offers: fn(&mut dyn Effect) -> bool| -> Vec<usize> {
+            (0..list.len()).filter(|&index| offers(list[index].effect.as_mut())).collect()
+        };
         Interactions {
             half_kicks: of_kind(|effect| effect.half_kick().is_some()),
             kicks_knots: !kicks_knots.is_empty(),
@@ -367,7 +388,7 @@ impl Interactions {
             constraints: of_kind(|effect| effect.constraint().is_some()),
             contacts: of_kind(|effect| effect.contacts().is_some()),
             observers: of_kind(|effect| effect.observer().is_some()),
-            forces: forces.into_iter().map(applied).collect(),
+            forces,
             times: vec![Duration::ZERO; list.len()],
             shares_rows,
             list,
@@ -718,7 +739,7 @@ impl Interactions {
 
 impl AppliedForces {
     /// What it did; `stored`: what it stores now [J].
-    fn work(&self, before: &State, after: &State, step: f64, stored: f64) -> EffectWork {
+    fn work(&mut self, before: &State, after: &State, step: f64, stored: f64) -> EffectWork {
         let forces = &self.forces;
         let mut work =
             EffectWork { work: self.work_on_bodies + stored - self.stored, ..EffectWork::default() };
@@ -737,6 +758,14 @@ impl AppliedForces {
             work.impulse += step * force;
             work.angular_impulse += step * (body.position.cross(force) + torque);
             work.count += u64::from(*force != Vector3::zeros() || *torque != Vector3::zeros());
+        }
+        if let Some(medium) = self.medium {
+            let on_knots = work.work - self.work_on_bodies - (stored - self.stored);
+            let pushed: Vector3<f64> = forces.on_knots.iter().sum();
+            let made_before = self.in_medium - self.least_in_medium;
+            self.in_medium += on_knots - step * medium.dot(&pushed);
+            self.least_in_medium = self.least_in_medium.min(self.in_medium);
+            work.made = self.in_medium - self.least_in_medium - made_before;
         }
         work
     }

@@ -38,6 +38,8 @@ pub struct BuildOptions {
     pub strands_touch: Option<f64>,
     /// Whether a field kicks all that moves at both ends of a step.
     pub has_fields: bool,
+    /// Whether forces that are held over a step follow the speed of knots.
+    pub drags: bool,
 }
 
 impl BuildOptions {

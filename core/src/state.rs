@@ -172,6 +172,8 @@ impl Forces {
 pub struct EffectWork {
     /// Work it put into net and target, beyond what it stores [J]; negative when it took energy out.
     pub work: f64,
+    /// Of that work, what it cannot have put in, but its method made [J]: counts as created.
+    pub made: f64,
     /// What its drives put in and it kept for good [J]: its own friction. With the work that is what came from outside.
     pub lost: f64,
     /// Work of the impulses that it gave to knots by pulling [J]; that of its forces is known.

@@ -255,7 +255,7 @@ impl Mechanism {
         let work = on_knots + stored - std::mem::replace(&mut self.stored_before, stored);
         let lost = put_in - std::mem::replace(&mut self.put_in_before, put_in) - work;
         let Outside { impulse, angular_impulse } = std::mem::take(&mut self.outside);
-        EffectWork { work, lost, on_knots, count, impulse, angular_impulse }
+        EffectWork { work, lost, on_knots, count, impulse, angular_impulse, ..EffectWork::default() }
     }
 
     /// Every thread as it is in `knots`.

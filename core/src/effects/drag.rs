@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use super::Parameters;
 use crate::cable::Cable;
 use crate::interaction::{ForceElement, Interaction};
-use crate::options::BuildContext;
+use crate::options::{BuildContext, BuildOptions};
 use crate::quantity::Positive;
 use crate::state::{Forces, State, TARGET};
 
@@ -66,6 +66,10 @@ impl Drag {
 }
 
 impl Parameters for Drag {
+    fn ask(&self, options: &mut BuildOptions) {
+        options.drags = true;
+    }
+
     fn build(&self, context: &BuildContext<'_>) -> Interaction {
         let net = context.net;
         let half_density = 0.5 * self.density_kg_m3.0;
@@ -146,5 +150,9 @@ impl ForceElement for Air {
             let size = self.of_target * relative.norm();
             forces.on_bodies[TARGET].force += size / (1.0 + self.step * size / model.mass) * relative;
         }
+    }
+
+    fn resists_in(&self) -> Option<Vector3<f64>> {
+        Some(self.wind)
     }
 }

@@ -130,14 +130,14 @@ impl ElementNet {
         Knots { position: own(&knots.position), velocity: own(&knots.velocity) }
     }
 
-    /// The same where cables hang, folded at their middle: each element of cable i falls by `fall[i]` along −X from its
-    /// first node to its second in the first half, and rises so in the other [m].
+    /// The same where cables hang, folded at their middle: each element of cable i falls by `fall[i]`, which is across the line
+    /// between its ends, from its first node to its second in the first half, and rises so in the other [m].
     ///
     /// An element has one slope at each node, so none can kink there. Where the fold is a node, its slope is that across
     /// the fold alone and the node stands `fall` / 3 higher: along the fall |r′| is then 1 − ξ² of a straight leg's, no
     /// point is stretched, and a third of the element's length is pressed together at the fold. Where it is within an element,
     /// |r′| is 1 − 2ξ of it there.
-    pub fn folded(&self, knots: &Knots, fall: &[f64]) -> Knots {
+    pub fn folded(&self, knots: &Knots, fall: &[Vector3<f64>]) -> Knots {
         let mut inner = self.straight(knots);
         let n = self.layout.elements;
         let own = self.layout.n_inner();
@@ -145,7 +145,7 @@ impl ElementNet {
             for (place, coordinate) in self.layout.inner().zip(nodes) {
                 let node = place / 2;
                 let (half, at_fold) = (node.min(n - node) as f64, 2 * node == n);
-                coordinate.x -= fall
+                *coordinate += fall
                     * match place % 2 {
                         1 if at_fold => 0.0,
                         1 if 2 * node < n => 1.0,
@@ -288,7 +288,7 @@ mod tests {
             // A cable of 1 m between ends 0.2 m apart.
             let (l, n) = (1.0 / elements as f64, elements as f64);
             let fall = (1.0_f64 - 0.04).sqrt() / n;
-            let inner = net.folded(&knots, &[fall]);
+            let inner = net.folded(&knots, &[-fall * Vector3::x()]);
             let mut length = 0.0;
             for element in 0..elements {
                 let nodes = net.of_element(0, element);

@@ -56,6 +56,20 @@ fn refusal(with: &Interactions) -> Option<&'static str> {
     all.into_iter().find(|(is_there, _)| *is_there).map(|(_, what)| what)
 }
 
+/// Where what hangs between two ends so far `across` from each other falls to [-]: along −X, as far as that is across their line. One with an end at a
+/// bullet that is shot later would have one leg longer than the other, and be stretched before the shot.
+fn hanging(across: &Vector3<f64>) -> Vector3<f64> {
+    let square = across.norm_squared();
+    let across_it = |axis: Vector3<f64>| match square > 0.0 {
+        true => axis - axis.dot(across) / square * across,
+        false => axis,
+    };
+    let falls = across_it(-Vector3::x());
+    // Ends straight behind each other: to any side.
+    let falls = if falls.norm() > 1e-6 { falls } else { across_it(Vector3::y()) };
+    falls.normalize()
+}
+
 /// How cables lie in the container, and move with the shot.
 fn in_container(net: &Net, elements: &ElementNet) -> Knots {
     let knots = Knots { position: net.folded.clone(), velocity: net.launch_velocity.clone() };
@@ -67,7 +81,7 @@ fn in_container(net: &Net, elements: &ElementNet) -> Knots {
         // A piece without a fold has its length, but for rounding.
         let is_straight = apart > (1.0 - 1e-9) * length;
         let deep = if is_straight { 0.0 } else { (length * length - apart * apart).sqrt() };
-        deep / elements.layout.elements as f64
+        deep / elements.layout.elements as f64 * hanging(&(net.folded[cable.b] - net.folded[cable.a]))
     };
     elements.folded(&knots, &net.cables.iter().map(fall).collect::<Vec<_>>())
 }
@@ -149,6 +163,10 @@ impl AncfMarch {
         for left in (0..self.n_substeps).rev() {
             if let Some(touch) = &mut self.touch {
                 touch.before_kick(&self.net);
+            }
+            if with.push() {
+                let knots = (0..state.knots.position.len()).map(|knot| self.net.knots.get(knot)[0]);
+                state.forces.act_at(knots, 1.0 / f64::from(self.n_substeps));
             }
             self.net.kick(self.substep);
             if !self.reached.is_empty() {
