@@ -346,10 +346,25 @@ struct AppliedForces {
     work_on_bodies: f64,
     /// Energy it stored at the start of the step [J].
     stored: f64,
-    /// Where it is resistance: velocity of the medium [m/s], and its work on knots as seen from there, now and at least so far [J].
-    medium: Option<Vector3<f64>>,
-    in_medium: f64,
-    least_in_medium: f64,
+    resistance: Resistance,
+}
+
+/// Work of a resistance on knots as seen from its medium, which can only fall.
+#[derive(Default)]
+struct Resistance {
+    /// Now, and at least so far [J].
+    work: f64,
+    least: f64,
+}
+
+impl Resistance {
+    /// It did so much more `work`; what of that its method made [J].
+    fn made(&mut self, work: f64) -> f64 {
+        let before = self.work - self.least;
+        self.work += work;
+        self.least = self.least.min(self.work);
+        self.work - self.least - before
+    }
 }
 
 impl Interactions {
@@ -368,18 +383,12 @@ impl Interactions {
         let kicks_only_knots = of_kind(|effect| {
             effect.half_kick().is_some_and(|kick| kick.kicks_knots() && !kick.kicks_elements())
         });
-        let applied = |index: usize| AppliedForces {
+        let applied = |index| AppliedForces {
             index,
             forces: Forces::default(),
             work_on_bodies: 0.0,
             stored: 0.0,
-            medium: list[index].effect.forces().and_then(|element| element.resists_in()),
-            in_medium: 0.0,
-            least_in_medium: 0.0,
-        };
-        let forces = forces.into_iter().map(applied).collect();
-        let mut of_kind = |offers: fn(&mut dyn Effect) -> bool| -> Vec<usize> {
-            (0..list.len()).filter(|&index| offers(list[index].effect.as_mut())).collect()
+            resistance: Resistance::default(),
         };
         Interactions {
             half_kicks: of_kind(|effect| effect.half_kick().is_some()),
@@ -388,7 +397,7 @@ impl Interactions {
             constraints: of_kind(|effect| effect.constraint().is_some()),
             contacts: of_kind(|effect| effect.contacts().is_some()),
             observers: of_kind(|effect| effect.observer().is_some()),
-            forces,
+            forces: forces.into_iter().map(applied).collect(),
             times: vec![Duration::ZERO; list.len()],
             shares_rows,
             list,
@@ -685,8 +694,14 @@ impl Interactions {
     ) {
         for i in 0..self.forces.len() {
             let index = self.forces[i].index;
-            let now = self.timed(index, |effect| effect.forces().map_or(0.0, |force| force.energy(after)));
-            record(index, &self.forces[i].work(before, after, step, now));
+            let (now, medium) = self.timed(index, |effect| {
+                effect.forces().map_or((0.0, None), |force| (force.energy(after), force.resists_in()))
+            });
+            let mut work = self.forces[i].work(before, after, step, now);
+            if let Some(medium) = medium {
+                work.made = self.forces[i].made_in(&medium, before, after, step);
+            }
+            record(index, &work);
         }
         for i in 0..self.observers.len() {
             let index = self.observers[i];
@@ -739,7 +754,7 @@ impl Interactions {
 
 impl AppliedForces {
     /// What it did; `stored`: what it stores now [J].
-    fn work(&mut self, before: &State, after: &State, step: f64, stored: f64) -> EffectWork {
+    fn work(&self, before: &State, after: &State, step: f64, stored: f64) -> EffectWork {
         let forces = &self.forces;
         let mut work =
             EffectWork { work: self.work_on_bodies + stored - self.stored, ..EffectWork::default() };
@@ -759,14 +774,13 @@ impl AppliedForces {
             work.angular_impulse += step * (body.position.cross(force) + torque);
             work.count += u64::from(*force != Vector3::zeros() || *torque != Vector3::zeros());
         }
-        if let Some(medium) = self.medium {
-            let on_knots = work.work - self.work_on_bodies - (stored - self.stored);
-            let pushed: Vector3<f64> = forces.on_knots.iter().sum();
-            let made_before = self.in_medium - self.least_in_medium;
-            self.in_medium += on_knots - step * medium.dot(&pushed);
-            self.least_in_medium = self.least_in_medium.min(self.in_medium);
-            work.made = self.in_medium - self.least_in_medium - made_before;
-        }
         work
+    }
+
+    /// What it made as the resistance of a `medium` with that velocity [J].
+    fn made_in(&mut self, medium: &Vector3<f64>, before: &State, after: &State, step: f64) -> f64 {
+        let moved = before.knots.position.iter().zip(&after.knots.position);
+        let seen = self.forces.on_knots.iter().zip(moved);
+        self.resistance.made(seen.map(|(force, (from, to))| force.dot(&(to - from - step * medium))).sum())
     }
 }
