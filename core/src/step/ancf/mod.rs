@@ -63,7 +63,7 @@ const IMPLICIT_STEP: f64 = 1e-4;
 
 /// Longest step over the stable one where air drags, ω h < π: an end of an element answers with a tenth of the mass that is lumped on it, and one
 /// whose vibration turns within the step is driven by the force of its start. At half a millisecond air of 20 kg/m³ without a wind put
-/// 8e4 J into a net of 26 J, of 100 kg/m³ 5e5 J.
+/// 8e4 J into a net of 26 J, of 100 kg/m³ 5e5 J; at implicit steps of 0.1 ms that 3e6 J.
 const DRAGGED: f64 = 1.5;
 
 /// Bytes of an element: four arrays for each of its coordinates, and the state's two copies [bytes].
@@ -87,7 +87,8 @@ pub fn memory(net: &Net, solver: &Solver) -> f64 {
 impl Method for CableElements {
     fn limits(&self, demands: &Demands<'_>) -> StepLimits {
         let ancf = demands.solver.ancf.unwrap_or_default();
-        let stable = stable_with_contact(stable_step(demands.net, &ancf), demands, &ancf);
+        let of_cables = stable_step(demands.net, &ancf);
+        let stable = stable_with_contact(of_cables, demands, &ancf);
         let safe = safe_share(demands.net) * stable;
         let own = safe.min(demands.pulled_step()).min(throwing_step(demands, &ancf));
         let given = demands.solver.step_s.map(|step| step.0);
@@ -99,8 +100,7 @@ impl Method for CableElements {
             0.5 * demands.contact_margin() / demands.fastest().max(f64::MIN_POSITIVE)
         });
         let found = found.min(demands.thin_step()).min(demands.pulled_step());
-        let found =
-            if demands.options.drags { found.min(DRAGGED * stable_step(demands.net, &ancf)) } else { found };
+        let found = if demands.options.drags { found.min(DRAGGED * of_cables) } else { found };
         if is_implicit {
             let step =
                 given.unwrap_or_else(|| demands.in_frames(IMPLICIT_STEP.min(demands.sample).min(found)));
