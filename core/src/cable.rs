@@ -101,6 +101,27 @@ impl Cable {
         stored_between(self.stiffness, 0.0, (length - self.rest_length).max(0.0))
     }
 
+    /// What the dashpot takes in `step` seconds [J] in which stretch [m] and its rate [m/s] go from `start` to `end`, the rate in
+    /// proportion to time: ∫ c ṙ² dt over the share of the step in which the cable is taut. In a step that is long before its own
+    /// period, no more than what its ends have at the start and the rate of the end asks for. Of one that shrinks, no more than
+    /// its spring gives: it does not push (Eq. 3.3).
+    pub fn dissipated(&self, start: [f64; 2], end: [f64; 2], step: f64) -> f64 {
+        let ([from, was], [to, is]) = (start, end);
+        let [taut_from, taut_to] = [from, to].map(|stretch| stretch.max(0.0));
+        let share = match from > 0.0 && to > 0.0 {
+            true => 1.0,
+            false if from <= 0.0 && to <= 0.0 => 0.0,
+            false => (taut_to - taut_from) / (to - from),
+        };
+        let dashpot = share * self.damping * step;
+        let at_hand = 0.5 * self.reduced_mass * was * was + stored_between(self.stiffness, 0.0, taut_from);
+        let taken = (dashpot * (was * was + was * is + is * is) / 3.0).min(at_hand + dashpot * is * is);
+        match was < 0.0 && is < 0.0 {
+            true => taken.min(stored_between(self.stiffness, taut_to, taut_from).max(0.0)),
+            false => taken,
+        }
+    }
+
     /// Natural frequency ω of the two end knots on this cable [rad/s].
     pub fn natural_frequency(&self) -> f64 {
         self.half_cycle(self.reduced_mass).natural_frequency
@@ -198,6 +219,34 @@ mod tests {
         // The force is the slope of the energy.
         let slope = (cable().energy(2.1 + 1e-6) - cable().energy(2.1 - 1e-6)) / 2e-6;
         assert!((slope - cable().tension(2.1, 0.0)).abs() < 1e-6);
+    }
+
+    /// Half a cycle of Eq. 3.3 in steps that resolve it: what the dashpots took is what is missing, from slack to slack.
+    #[test]
+    fn dissipation_is_what_a_half_cycle_loses() {
+        let cable = Cable { damping: 2.0, ..cable() };
+        let (mut stretch, mut rate, mut taken) = (-1e-3, 1.0, 0.0);
+        let dt = 1e-4;
+        while stretch > 0.0 || rate > 0.0 {
+            let start = [stretch, rate];
+            rate -= dt * cable.tension(cable.rest_length + stretch, rate) / cable.reduced_mass;
+            stretch += dt * rate;
+            taken += cable.dissipated(start, [stretch, rate], dt);
+        }
+        let lost = 0.5 * cable.reduced_mass * (1.0 - rate * rate);
+        assert!((taken - lost).abs() < 1e-2 * lost, "{taken} of {lost}");
+        let half = 1e-3 * cable.damping;
+        let motion = 0.5 * cable.reduced_mass;
+        let spring = cable.energy(cable.rest_length + 0.1);
+        for (what, start, end, step, expected) in [
+            ("slack", [-2.0, 1.0], [-1.0, 1.0], 1.0, 0.0),
+            ("taut for half of the step", [-1e-3, 1.0], [1e-3, 1.0], 2e-3, half),
+            ("all of its motion", [1e-9, 1.0], [1e-9, 0.0], 10.0, motion),
+            ("no more than the spring gives", [0.1, -9.0], [0.0, -9.0], 1.0, spring),
+        ] {
+            let taken = cable.dissipated(start, end, step);
+            assert!((taken - expected).abs() < 1e-9, "{what}: {taken} for {expected}");
+        }
     }
 
     /// The closed forms of a snap against a fine integration of Eq. 3.3 in its linear range.

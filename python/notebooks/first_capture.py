@@ -54,7 +54,7 @@ below.legend()
 
 # %%
 energy = result.energy
-for name in ("kinetic_net", "kinetic_target", "elastic", "taken_by_cables", "taken_by_contact", "work_of_closing"):
+for name in ("kinetic_net", "kinetic_target", "elastic", "taken_by_cables", "taken_by_solver", "taken_by_contact", "work_of_closing"):
     print(f"{name:17} {energy[name][0]:7.4f} J at the start, {energy[name][-1]:7.4f} J at the end")
 print(f"made or lost by the method: {result.audit['energy_residual']:.1e} of the launch energy")
 

@@ -83,7 +83,7 @@ type CsvColumn = (&'static str, fn(&MeasuredSetting) -> String);
 
 /// The columns of `cost.csv`; a number that was not measured is left empty.
 #[rustfmt::skip] // a line a column
-const CSV_COLUMNS: [CsvColumn; 36] = [
+const CSV_COLUMNS: [CsvColumn; 37] = [
     ("family", |one| one.family.clone()),
     ("label", |one| one.label.clone()),
     ("value", |one| decimal(one.value)),
@@ -107,6 +107,7 @@ const CSV_COLUMNS: [CsvColumn; 36] = [
     ("momentum_residual", |one| of(one, |worth| Some(worth.conservation.momentum_residual))),
     ("angular_momentum_residual", |one| of(one, |worth| Some(worth.conservation.angular_momentum_residual))),
     ("energy_residual", |one| of(one, |worth| Some(worth.conservation.energy_residual))),
+    ("energy_taken_by_solver", |one| of(one, |worth| worth.conservation.energy_taken_by_solver)),
     ("energy_created", |one| of(one, |worth| Some(worth.conservation.energy_created))),
     ("max_penetration_m", |one| of(one, |worth| Some(worth.ending?.max_penetration_m))),
     ("cables_through_target", |one| of(one, |worth| Some(worth.ending?.through as f64))),

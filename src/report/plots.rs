@@ -38,17 +38,18 @@ const SERIES: [RGBColor; 7] = [
 ];
 
 /// Colours of kinds within a bar, after Tol's muted scheme: none of them is a series'.
-const KINDS: [RGBColor; 6] = [
+const KINDS: [RGBColor; 7] = [
     RGBColor(51, 34, 136),
     RGBColor(136, 204, 238),
     RGBColor(17, 119, 51),
     RGBColor(153, 153, 51),
     RGBColor(204, 102, 119),
     RGBColor(221, 204, 119),
+    RGBColor(136, 34, 85),
 ];
 
 /// What each colour becomes on a dark page.
-pub const DARK: [(RGBColor, &str); 17] = [
+pub const DARK: [(RGBColor, &str); 18] = [
     (PAPER, "#121821"),
     (INK, "#E7ECF3"),
     (MUTED, "#9AA8BA"),
@@ -66,6 +67,7 @@ pub const DARK: [(RGBColor, &str); 17] = [
     (KINDS[3], "#C2C25A"),
     (KINDS[4], "#E08A98"),
     (KINDS[5], "#EBDD9A"),
+    (KINDS[6], "#D278A6"),
 ];
 
 /// Colour of series `number`.

@@ -123,8 +123,10 @@ pub struct StrandContacts {
     pairs_of: Vec<usize>,
     /// Where near pairs were when rows were last found, in turn with the engine.
     places: Vec<ContactRow>,
-    /// Impulses within the step, a knot each [N s].
+    /// Impulses within the step, a knot each [N s], where cables are moved after they were given.
     impulses: Vec<Vector3<f64>>,
+    /// Work of the others on the net within the step, sub-step by sub-step [J].
+    work: f64,
     /// Contacts with an impulse within the step, counted in every sub-step.
     n_acted: u64,
     /// Deepest overlap since the start [m].
@@ -298,6 +300,7 @@ impl StrandContacts {
             pairs_of: Vec::new(),
             places: Vec::new(),
             impulses: vec![Vector3::zeros(); net.n_knots()],
+            work: 0.0,
             n_acted: 0,
             deepest: 0.0,
             n_through: 0,
@@ -334,7 +337,12 @@ impl StrandContacts {
         for row in rows.iter().filter(|row| row.impulse > 0.0) {
             self.n_acted += 1;
             for &(knot, weight) in row.weights.all() {
-                self.impulses[knot] += weight * row.impulse * row.normal;
+                let impulse = weight * row.impulse * row.normal;
+                if self.parting.in_turn {
+                    self.impulses[knot] += impulse;
+                } else {
+                    self.work += 0.5 * impulse.dot(&(net.velocity_before(knot) + net.velocity(knot)));
+                }
                 net.mark(knot);
             }
         }
@@ -468,13 +476,13 @@ impl StrandContacts {
     /// What it did since the last time, within a step from `before` to `after`.
     ///
     /// Work on the knots: Σ J · (v⁻ + v⁺) / 2 over their impulses J, exactly its share in the change
-    /// of their energy.
+    /// of their energy, sub-step by sub-step where nothing moves them after.
     pub fn account(&mut self, before: &Knots, after: &Knots) -> EffectWork {
         let count = std::mem::take(&mut self.n_acted);
         if count == 0 {
             return EffectWork::default();
         }
-        let mut work = 0.0;
+        let mut work = std::mem::take(&mut self.work);
         for (knot, impulse) in self.impulses.iter_mut().enumerate() {
             let impulse = std::mem::take(impulse);
             work += 0.5 * impulse.dot(&(before.velocity[knot] + after.velocity[knot]));

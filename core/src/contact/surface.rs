@@ -65,6 +65,8 @@ pub struct SurfaceContacts {
     step: f64,
     /// By what share of it velocities at the end of a step are behind positions [-].
     lag: f64,
+    /// Whether nothing changes velocities after contacts in a sub-step, so that those are the ones of its end.
+    acts_last: bool,
     /// Whether they are answered for a second time, or a third, for the same (sub-)step.
     again: bool,
     /// Whether they were, so that planes hold what they lacked.
@@ -125,6 +127,7 @@ impl SurfaceContacts {
             planes_of: Vec::new(),
             step: f64::MIN_POSITIVE,
             lag: 0.5,
+            acts_last: true,
             again: false,
             was_again: false,
             n_detections: 0,
@@ -135,6 +138,12 @@ impl SurfaceContacts {
     #[must_use]
     pub fn in_time(self) -> SurfaceContacts {
         SurfaceContacts { lag: 0.0, ..self }
+    }
+
+    /// The same where cables are moved after contacts were answered, if they are so in turn.
+    #[must_use]
+    pub fn before_cables(self, in_turn: bool) -> SurfaceContacts {
+        SurfaceContacts { acts_last: !in_turn, ..self }
     }
 
     /// Knots with a plane, those with several of them again.
@@ -301,7 +310,9 @@ impl SurfaceContacts {
             for &(knot, _) in row.weights.all() {
                 net.mark(knot);
             }
-            plane.add(row, &before.position, &surface);
+            let mean = |knot| 0.5 * (net.velocity_before(knot) + net.velocity(knot));
+            let of_net = self.acts_last.then(|| row.weights.sum(mean));
+            plane.add(row, &before.position, &surface, of_net);
             if is_force {
                 plane.record.force = plane.record.force.max(row.impulse / step);
             }

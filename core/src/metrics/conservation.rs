@@ -19,6 +19,10 @@ pub struct Conservation {
     pub angular_momentum_residual: f64,
     /// Energy that the method made or destroyed: in no row of the ledger, over the launch energy [-].
     pub energy_residual: f64,
+    /// What rows of the engine took by being solved implicitly, beyond what cables take by their law, at least; over the launch
+    /// energy [-]. Absent where cables are no rows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_taken_by_solver: Option<f64>,
     /// Largest rise of all energy above any earlier minimum, looked at after every step, less the work from
     /// outside; over the launch energy and the work put in, by fields on the net too [-].
     pub energy_created: f64,
@@ -64,6 +68,7 @@ impl Conservation {
             momentum_residual: relative(momentum, momentum_scale),
             angular_momentum_residual: relative(angular, angular_scale),
             energy_residual: relative(residual, energy_scale),
+            energy_taken_by_solver: ledger.solver.map(|taken| relative(taken, energy_scale)),
             energy_created: relative(ledger.created, energy_scale + ledger.all_put_in()),
             energy_start_j: frames.ledger[0].mechanical(),
             energy_end_j: frames.ledger[last].mechanical(),

@@ -9,6 +9,7 @@
 //! | a cable bore more than its breaking tension | after |
 //! | what an effect has to say against itself | after |
 //! | a bullet left the reach of the scene | after |
+//! | the solver's implicit rows took more energy than the cables, and much of it | after |
 //! | the method created energy | after |
 
 use super::capture::Curves;
@@ -23,6 +24,9 @@ const LEAST_DENSITY: f64 = 0.05;
 
 /// Time between two frames over that which was asked for, up to which whole steps explain the difference [-].
 const ROUNDED: f64 = 1.5;
+
+/// Energy taken by implicit rows over that of the launch, below which none of it is worth a word [-].
+const TAKEN_BY_SOLVER: f64 = 0.1;
 
 /// Longest target over the side of the net that is not taken for a slip of units [-].
 const LONGEST: f64 = 30.0;
@@ -46,6 +50,7 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
     warnings.extend(run.reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned()));
     warnings.extend(out_of_reach(case, run));
     let kept = Conservation::of(case, run);
+    warnings.extend(solver_takes(&kept, run));
     if kept.is_broken() {
         warnings.push(format!(
             "the method created {:.1e} of the launch energy and the work put in, more than {CREATED}: this run is not to be \
@@ -121,6 +126,21 @@ fn cables_inside(case: &Case, curves: &Curves) -> Option<String> {
              holds what a real one does not. Name effects.cable_contact (`--set effects.cable_contact={{}}`), at {}",
             case.scene().solver.cables.cable_contact_price()
         ),
+    })
+}
+
+/// Rows that took more than the cables' law.
+fn solver_takes(kept: &Conservation, run: &Run) -> Option<String> {
+    let ledger = run.frames.ledger.last()?;
+    let (share, taken) = (kept.energy_taken_by_solver?, ledger.solver?);
+    (share > TAKEN_BY_SOLVER && taken > ledger.cables).then(|| {
+        format!(
+            "implicit rows of the solver took {:.0} % of the launch energy and the cables by their law {:.0} %: bullets and knots \
+             rebound less than they should. Less in shorter steps (`--set solver.step_s`), none with explicit cables \
+             (`--set solver.cables=explicit --set solver.contact=impulse`)",
+            100.0 * share,
+            100.0 * share * ledger.cables / taken
+        )
     })
 }
 

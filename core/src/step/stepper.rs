@@ -43,10 +43,22 @@ pub struct StepReport {
     pub energy_error: Option<f64>,
     /// Times the step was taken back and cut.
     pub cuts: u32,
-    /// What cables took by their own law [J], where the method knows.
-    pub cable_loss: Option<f64>,
+    /// What of the energy that is missing cables took.
+    pub cable_loss: CableLoss,
     /// How long before the time of the positions that of the velocities is [s].
     pub velocity_lag: f64,
+}
+
+/// What cables took in a step, as far as the method knows [J].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum CableLoss {
+    /// All that is missing: the method does not know.
+    #[default]
+    Missing,
+    /// So much by their own law; what else is missing the method made or destroyed.
+    ByLaw(f64),
+    /// So much by their own law; what else is missing rows took that are solved implicitly.
+    WithRows(f64),
 }
 
 /// A method before it is built.

@@ -308,7 +308,7 @@ fn energy(comparison: &Comparison) -> Figure {
     let shown: Vec<_> = comparison.ran().collect();
     let at_end = |outcome: &Outcome, row: &str| outcome.curves.energy_j[row].last().copied().unwrap_or(0.0);
     // What flowed in is no part of where energy is; the residual may have either sign and is told in words.
-    let stacked: Vec<(usize, &str)> = (0..ROWS_HELD + 2)
+    let stacked: Vec<(usize, &str)> = (0..ROWS_HELD + 3)
         .map(|row| (row, ROWS[row]))
         .filter(|(_, row)| shown.iter().any(|(_, _, outcome)| at_end(outcome, row) > 0.0))
         .collect();

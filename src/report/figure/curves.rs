@@ -249,7 +249,12 @@ fn energy(run: &RecordedRun) -> Vec<CurveGroup> {
     let sums: Vec<f64> = (0..run.paths.time.len()).map(sum).collect();
     mechanical.parts.retain(is_not_zero);
     mechanical.parts.push(part(run, "sum", sums));
-    let taken = [("taken_by_cables_j", "cables"), ("taken_by_contact_j", "contact"), ("drive_j", "drive")];
+    let taken = [
+        ("taken_by_cables_j", "cables"),
+        ("taken_by_solver_j", "solver"),
+        ("taken_by_contact_j", "contact"),
+        ("drive_j", "drive"),
+    ];
     let mut taken = of_columns(run, "energy moved", "J", &named(&taken));
     let works = run.series.columns(|name| name.starts_with("work_of_"));
     taken.parts.extend(works.map(|(name, column)| {

@@ -78,12 +78,13 @@ impl Threads {
 }
 
 /// The rows of the energy ledger, in the order of [`Track::energy_j`]: what there is, then where the rest went.
-pub const ROWS: [&str; 9] = [
+pub const ROWS: [&str; 10] = [
     "kinetic, net",
     "kinetic, target",
     "elastic",
     "stored by effects",
     "taken by cables",
+    "taken by the solver",
     "taken by contact",
     "put in by the drive",
     "put in by effects",
@@ -112,7 +113,7 @@ impl Track {
             .map(|l| {
                 let effects = l.effects.iter().sum();
                 let held = [l.kinetic_net, l.kinetic_target, l.elastic, l.stored];
-                let gone = [l.cables, l.contact, l.drive, effects, l.residual()];
+                let gone = [l.cables, l.solver.unwrap_or(0.0), l.contact, l.drive, effects, l.residual()];
                 std::array::from_fn(|row| if row < ROWS_HELD { held[row] } else { gone[row - ROWS_HELD] })
             })
             .collect();

@@ -16,7 +16,7 @@ use crate::options::BuildContext;
 use crate::solver::{Ancf, Integrator};
 use crate::state::elements::ElementNet;
 use crate::state::{Body, Knots, NetTotals, State};
-use crate::step::stepper::{StepReport, Stepper};
+use crate::step::stepper::{CableLoss, StepReport, Stepper};
 use crate::work::{Clock, Work};
 use crate::world::Census;
 
@@ -42,9 +42,8 @@ struct Touch {
     /// The points as a state without a net; what they were at the start of the step.
     at: State,
     before: Knots,
-    /// Velocities of the points before the cables pulled in this sub-step [m/s]; kept where contacts bounce.
+    /// Velocities of the points before the cables pulled in this sub-step [m/s]; kept where contacts may act.
     unkicked: Knots,
-    bounces: bool,
 }
 
 /// What a scene with elements is refused for, where it comes from elsewhere than a scene.
@@ -99,9 +98,7 @@ impl AncfMarch {
             net: moving,
             in_container: in_container(net, &elements),
             elements: Arc::new(elements),
-            touch: context
-                .contact_settings()
-                .map(|settings| Touch::new(&settings, net, &ancf, solver.restitution > 0.0)),
+            touch: context.contact_settings().map(|settings| Touch::new(&settings, net, &ancf)),
             reached: Vec::new(),
             touched: vec![false; net.n_knots()],
             substep: time_step.step / f64::from(time_step.substeps),
@@ -237,7 +234,8 @@ impl Stepper for AncfMarch {
         clock.lap(&mut work.stages.contact);
         // Kick by kick, what a contact pushes out and cables press back would count as lost: with impulses in the step
         // what cables took is what is left over.
-        let cable_loss = Some(self.net.take_dissipated()).filter(|_| !any);
+        let dissipated = self.net.take_dissipated();
+        let cable_loss = if any { CableLoss::Missing } else { CableLoss::ByLaw(dissipated) };
         Ok(StepReport { cable_loss, ..StepReport::default() })
     }
 
@@ -249,7 +247,7 @@ impl Stepper for AncfMarch {
 }
 
 impl Touch {
-    fn new(settings: &ContactSettings<'_>, net: &Net, ancf: &Ancf, bounces: bool) -> Touch {
+    fn new(settings: &ContactSettings<'_>, net: &Net, ancf: &Ancf) -> Touch {
         let points = point_net(net, ancf);
         Touch {
             manager: ContactManager::new(Some(&ContactSettings { net: &points, coupled: true, ..*settings })),
@@ -257,7 +255,6 @@ impl Touch {
             at: State::default(),
             before: Knots::default(),
             unkicked: Knots::default(),
-            bounces,
         }
     }
 
@@ -272,7 +269,7 @@ impl Touch {
     }
 
     fn before_kick(&mut self, net: &AncfNet) {
-        if self.bounces {
+        if !self.manager.is_asleep() {
             self.points.place(net, &mut self.unkicked);
         }
     }

@@ -16,7 +16,7 @@ use crate::options::{BuildContext, TimeStep};
 use crate::solver::{Integrator, JOINTS_STEP, Solver};
 use crate::state::State;
 use crate::step::limits::{Demands, StepLimits};
-use crate::step::stepper::{Method, StepReport, Stepper};
+use crate::step::stepper::{CableLoss, Method, StepReport, Stepper};
 use crate::step::together::SharedContacts;
 use crate::work::{Clock, Work};
 use crate::world::Census;
@@ -97,7 +97,7 @@ pub struct MassSpring {
     /// Knots that effects may change in this step, and whether one changed their velocity in this sub-step.
     reached: Vec<usize>,
     touched: Vec<bool>,
-    /// Velocities before the cables pulled in this sub-step [m/s]; kept where contacts bounce.
+    /// Velocities before the cables pulled in this sub-step [m/s]; kept where contacts may act.
     unkicked: Vec<Vector3<f64>>,
     /// Whether velocities are those of the time of the positions, where a field acts: not where a method lets them lag.
     in_time: bool,
@@ -190,13 +190,7 @@ impl MassSpring {
     }
 
     /// A sub-step: forces, then constraints and contacts, then motion. Whether constraints or contacts acted.
-    fn advance(
-        &mut self,
-        state: &mut State,
-        with: &mut Interactions,
-        kick: SubstepKick,
-        bounces: bool,
-    ) -> bool {
+    fn advance(&mut self, state: &mut State, with: &mut Interactions, kick: SubstepKick) -> bool {
         let (pushes, mut acted) = (with.push(), false);
         // Cables alone, as in most of a flight: their kick and the drift are one pass.
         if kick == SubstepKick::Whole && !pushes && self.reached.is_empty() && self.contacts.is_asleep() {
@@ -204,7 +198,7 @@ impl MassSpring {
             self.net.fly(self.substep);
             return false;
         }
-        if bounces {
+        if !self.contacts.is_asleep() || with.touch() {
             self.unkicked.clear();
             self.unkicked.extend((0..state.knots.position.len()).map(|knot| self.net.velocity(knot)));
         }
@@ -307,7 +301,6 @@ impl Stepper for MassSpring {
         let tried = self.net.tried();
         self.net.allow(self.cuts.begin().saturating_add(1));
         self.fly_again();
-        let bounces = self.contacts.bounce() || with.bounce();
         if state.step == 0 {
             self.in_time = with.kick_knots();
         }
@@ -317,7 +310,7 @@ impl Stepper for MassSpring {
         let (began_in_time, mut acted) = (self.lagged && self.in_time, false);
         let (mut left, mut kick) = (self.n_substeps, SubstepKick::first(began_in_time, flew));
         while left > 0 {
-            acted |= self.advance(state, with, std::mem::take(&mut kick), bounces);
+            acted |= self.advance(state, with, std::mem::take(&mut kick));
             left -= 1;
             if self.net.lags() && !self.lagged {
                 left *= self.refine();
@@ -340,7 +333,8 @@ impl Stepper for MassSpring {
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
         let velocity_lag = if self.lagged && !self.in_time { 0.5 * self.substep } else { 0.0 };
-        Ok(StepReport { cable_loss: self.net.take_dissipated(), velocity_lag, ..StepReport::default() })
+        let cable_loss = self.net.take_dissipated().map_or(CableLoss::Missing, CableLoss::ByLaw);
+        Ok(StepReport { cable_loss, velocity_lag, ..StepReport::default() })
     }
 
     /// No body, no joint, and colliders where there is a target.
@@ -373,7 +367,7 @@ impl SubstepKick {
     }
 }
 
-/// The net after its cables pulled within a sub-step, and what it was before; empty where nothing bounces.
+/// The net after its cables pulled within a sub-step, and what it was before.
 struct Kicked<'a> {
     net: &'a mut ExplicitNet,
     before: &'a [Vector3<f64>],

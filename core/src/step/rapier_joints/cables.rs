@@ -42,6 +42,10 @@ pub struct CableJoints {
     touched: Vec<bool>,
     /// The sub-step that the joints' damping is made for [s].
     step: f64,
+    /// Stretch [m] and its rate [m/s] of each cable that acts, before the world moves.
+    begun: Vec<[f64; 2]>,
+    /// What dashpots took since [`CableJoints::begin`] [J].
+    by_dashpots: f64,
     /// Rows given to the engine since the start, one a cable and step.
     pub n_rows: u64,
 }
@@ -66,6 +70,8 @@ impl CableJoints {
             acting: vec![true; net.cables.len()],
             touched: vec![false; net.n_knots()],
             step: 0.0,
+            begun: vec![[0.0; 2]; net.cables.len()],
+            by_dashpots: 0.0,
             n_rows: 0,
             cables: Arc::clone(&net.cables),
         }
@@ -112,6 +118,34 @@ impl CableJoints {
         }
     }
 
+    /// A step begins, or begins again.
+    pub fn begin(&mut self) {
+        (self.by_dashpots, self.snaps.taken) = (0.0, 0.0);
+    }
+
+    /// Before the world moves: where cables are.
+    pub fn mark(&mut self, knots: &Knots) {
+        for ((cable, acts), begun) in self.cables.iter().zip(&self.acting).zip(&mut self.begun) {
+            if *acts {
+                *begun = stretch(cable, knots);
+            }
+        }
+    }
+
+    /// After the world moved for `step` seconds: books what the dashpots took on the way.
+    pub fn book(&mut self, knots: &Knots, step: f64) {
+        for ((cable, acts), begun) in self.cables.iter().zip(&self.acting).zip(&self.begun) {
+            if *acts {
+                self.by_dashpots += cable.dissipated(*begun, stretch(cable, knots), step);
+            }
+        }
+    }
+
+    /// What snaps and dashpots took by the cables' law since the step began [J].
+    pub fn taken_by_law(&self) -> f64 {
+        self.snaps.taken + self.by_dashpots
+    }
+
     /// After the world moved: the largest tension of each cable so far within the step, by the law at
     /// the end of this part or by a snap at its start.
     pub fn observe(&self, state: &mut State) {
@@ -126,6 +160,14 @@ impl CableJoints {
         }
         self.snaps.observe(state);
     }
+}
+
+/// Stretch of `cable` [m] and its rate [m/s]; knots at one place part at no rate.
+fn stretch(cable: &Cable, knots: &Knots) -> [f64; 2] {
+    let across = knots.position[cable.b] - knots.position[cable.a];
+    let length = across.norm();
+    let parting = across.dot(&(knots.velocity[cable.b] - knots.velocity[cable.a]));
+    [length - cable.rest_length, parting / length.max(f64::MIN_POSITIVE)]
 }
 
 /// Natural frequency and damping ratio of the joint that is `cable` in sub-steps of `step` seconds.

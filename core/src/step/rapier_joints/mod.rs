@@ -21,7 +21,7 @@ use crate::step::iterations::SolverIterations;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::MassSpring;
 use crate::step::mass_spring::stability::{RESOLVES, SAFE, stable_step};
-use crate::step::stepper::{Method, StepReport, Stepper};
+use crate::step::stepper::{CableLoss, Method, StepReport, Stepper};
 use crate::step::together::SharedContacts;
 use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
@@ -268,6 +268,7 @@ impl RapierJoints {
         let step = self.step / f64::from(n_parts);
         let mut put_in = 0.0;
         self.books.begin();
+        self.cables.begin();
         self.contacts.begin(state);
         state.tension.fill(0.0);
         state.forces.acted_at.clear();
@@ -345,6 +346,7 @@ impl RapierJoints {
                 self.answered_start.clone_from(state);
             }
             let target = state.target().copied().filter(|_| self.contacts.is_own());
+            self.cables.mark(&state.knots);
             self.world.advance(state, step, self.iterations.now());
             if let Some(mut body) = target {
                 // To the engine it touches nothing, and is turned to first order in the step.
@@ -361,6 +363,7 @@ impl RapierJoints {
                 None => break,
             }
         }
+        self.cables.book(&state.knots, step);
         added
     }
 
@@ -495,11 +498,11 @@ impl Stepper for RapierJoints {
         if with.act_within() || self.contacts.is_by_impulse() {
             self.books.open(self.inverse_mass.len());
         }
-        let (mut cuts, mut velocity_lag) = (0, 0.0);
+        let mut report = StepReport::default();
         if self.flies(state) {
             self.books.begin();
             if let Some(flight) = &mut self.flight {
-                velocity_lag = flight.step(before, state, with, work)?.velocity_lag;
+                report = flight.step(before, state, with, work)?;
             }
         } else {
             let mut clock = Clock::start();
@@ -508,7 +511,8 @@ impl Stepper for RapierJoints {
             if with.share_rows() && self.contacts.is_of_engine() {
                 self.shared.update(before);
             }
-            cuts = self.cut_as_needed(before, state, with, work, &mut clock)?;
+            report.cuts = self.cut_as_needed(before, state, with, work, &mut clock)?;
+            report.cable_loss = CableLoss::WithRows(self.cables.taken_by_law());
             if self.contacts.is_by_force() {
                 let Self { contacts, world, inverse_mass, step, .. } = self;
                 own_contact::solve(contacts, world, inverse_mass, *step, before, state);
@@ -523,7 +527,7 @@ impl Stepper for RapierJoints {
         let gain = self.cables.energy(&state.knots) + state.energy_of_bodies(true) - start;
         let energy_error = self.books.error(gain, before, state, self.contacts.is_by_impulse());
         self.iterations.adapt(energy_error / self.launch_energy);
-        Ok(StepReport { energy_error: Some(energy_error), cuts, velocity_lag, ..StepReport::default() })
+        Ok(StepReport { energy_error: Some(energy_error), ..report })
     }
 
     fn take_velocities(&mut self, state: &State) {

@@ -69,6 +69,8 @@ pub struct Snaps {
     together: Vec<Snap>,
     /// Cables that snapped in this step, with their largest tension [N].
     tensions: Vec<(usize, f64)>,
+    /// Energy that snaps took since it was last set to none [J].
+    pub taken: f64,
     /// Snaps since the start.
     pub count: u64,
 }
@@ -130,6 +132,7 @@ impl Snaps {
             chains: Chain::all(net, step),
             together: Vec::new(),
             tensions: Vec::new(),
+            taken: 0.0,
             count: 0,
         }
     }
@@ -219,6 +222,7 @@ impl Snaps {
                 let excess = snap.along.dot(&(velocity[b] - velocity[a])) - snap.wanted;
                 let impulse = (snap.impulse + excess / (of_a + of_b)).max(0.0);
                 let more = impulse - snap.impulse;
+                self.taken += more * (excess + snap.wanted - 0.5 * more * (of_a + of_b));
                 snap.impulse = impulse;
                 velocity[a] += snap.along * (more * of_a);
                 velocity[b] -= snap.along * (more * of_b);
