@@ -222,7 +222,7 @@ impl Rows {
         self.number("angular momentum residual", kept.angular_momentum_residual, "of scale");
         self.number("energy residual", kept.energy_residual, "of the launch");
         if let Some(taken) = kept.energy_taken_by_solver {
-            self.number("energy taken by the solver", taken, "of the launch, beyond the cables' law");
+            self.number("energy taken by the solver", taken, "of the launch");
         }
         self.number("energy created", kept.energy_created, "of the launch and the work put in");
         self.head("cost");
