@@ -92,8 +92,7 @@ impl ContactSettings<'_> {
         let drawn_in = ahead.then_some(DRAWN_IN_KNOTS);
         let contacts = SurfaceContacts::new(feature, self.target, self.margin, solver, parting, drawn_in);
         // Elements move half a step, are kicked, and move half a step.
-        let contacts = if self.coupled { contacts.in_time() } else { contacts };
-        Some(contacts.before_cables(self.in_turn))
+        Some(if self.coupled { contacts.in_time() } else { contacts })
     }
 
     /// Contacts of the cables. The engine has no row for two knots and a target: where it solves the knots'
@@ -125,7 +124,6 @@ impl ContactSettings<'_> {
             },
             in_turn.then_some(DRAWN_IN),
         )
-        .before_cables(in_turn)
     }
 }
 

@@ -299,7 +299,7 @@ impl StrandContacts {
             n_deep: 0,
             pairs_of: Vec::new(),
             places: Vec::new(),
-            impulses: vec![Vector3::zeros(); net.n_knots()],
+            impulses: vec![Vector3::zeros(); if in_turn { net.n_knots() } else { 0 }],
             work: 0.0,
             n_acted: 0,
             deepest: 0.0,

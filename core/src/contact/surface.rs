@@ -65,8 +65,6 @@ pub struct SurfaceContacts {
     step: f64,
     /// By what share of it velocities at the end of a step are behind positions [-].
     lag: f64,
-    /// Whether nothing changes velocities after contacts in a sub-step, so that those are the ones of its end.
-    acts_last: bool,
     /// Whether they are answered for a second time, or a third, for the same (sub-)step.
     again: bool,
     /// Whether they were, so that planes hold what they lacked.
@@ -127,7 +125,6 @@ impl SurfaceContacts {
             planes_of: Vec::new(),
             step: f64::MIN_POSITIVE,
             lag: 0.5,
-            acts_last: true,
             again: false,
             was_again: false,
             n_detections: 0,
@@ -138,12 +135,6 @@ impl SurfaceContacts {
     #[must_use]
     pub fn in_time(self) -> SurfaceContacts {
         SurfaceContacts { lag: 0.0, ..self }
-    }
-
-    /// The same where cables are moved after contacts were answered, if they are so in turn.
-    #[must_use]
-    pub fn before_cables(self, in_turn: bool) -> SurfaceContacts {
-        SurfaceContacts { acts_last: !in_turn, ..self }
     }
 
     /// Knots with a plane, those with several of them again.
@@ -300,6 +291,8 @@ impl SurfaceContacts {
         [before, after]: [&Body; 2],
         step: f64,
     ) {
+        // Where the engine moves the cables after this, velocities are not yet those of the end.
+        let acts_last = !self.rules.parting.in_turn;
         let (is_force, surface) = (self.is_force(), SurfaceMotion::between(before, after));
         for (row, &plane) in rows.iter().zip(&self.planes_of) {
             let plane = &mut self.planes[plane];
@@ -311,7 +304,7 @@ impl SurfaceContacts {
                 net.mark(knot);
             }
             let mean = |knot| 0.5 * (net.velocity_before(knot) + net.velocity(knot));
-            let of_net = self.acts_last.then(|| row.weights.sum(mean));
+            let of_net = acts_last.then(|| row.weights.sum(mean));
             plane.add(row, &before.position, &surface, of_net);
             if is_force {
                 plane.record.force = plane.record.force.max(row.impulse / step);

@@ -9,7 +9,7 @@ use crate::report::plots::{Axis, Dot, INK, Key, MUTED, Mark, Panel, Swatch, colo
 use crate::report::survival::Named;
 use crate::report::table::verdict_words;
 use crate::study::compare::difference::{Differences, Horizon, Separation};
-use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD};
+use crate::study::compare::track::{Band, Bands, ROWS, ROWS_HELD, ROWS_TAKEN};
 use crate::study::compare::{Compared, Comparison, Outcome};
 
 /// All figures; one that does not apply has no panels.
@@ -308,7 +308,7 @@ fn energy(comparison: &Comparison) -> Figure {
     let shown: Vec<_> = comparison.ran().collect();
     let at_end = |outcome: &Outcome, row: &str| outcome.curves.energy_j[row].last().copied().unwrap_or(0.0);
     // What flowed in is no part of where energy is; the residual may have either sign and is told in words.
-    let stacked: Vec<(usize, &str)> = (0..ROWS_HELD + 3)
+    let stacked: Vec<(usize, &str)> = (0..ROWS_HELD + ROWS_TAKEN)
         .map(|row| (row, ROWS[row]))
         .filter(|(_, row)| shown.iter().any(|(_, _, outcome)| at_end(outcome, row) > 0.0))
         .collect();

@@ -94,6 +94,9 @@ pub const ROWS: [&str; 10] = [
 /// How many of [`ROWS`], from the first, are energy that net and target have.
 pub const ROWS_HELD: usize = 4;
 
+/// How many of [`ROWS`], after those, were taken.
+pub const ROWS_TAKEN: usize = 3;
+
 impl Track {
     /// What is kept of `run`, whose capture curves are `curves`.
     pub fn of(case: &Case, run: &Run, curves: Curves) -> Track {

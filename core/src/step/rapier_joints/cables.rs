@@ -149,12 +149,9 @@ impl CableJoints {
     /// After the world moved: the largest tension of each cable so far within the step, by the law at
     /// the end of this part or by a snap at its start.
     pub fn observe(&self, state: &mut State) {
-        let (position, velocity) = (&state.knots.position, &state.knots.velocity);
         for (cable, tension) in self.cables.iter().zip(&mut state.tension) {
-            let across = position[cable.b] - position[cable.a];
-            let length = across.norm();
+            let [length, rate] = length_and_rate(cable, &state.knots);
             if length > cable.rest_length {
-                let rate = across.dot(&(velocity[cable.b] - velocity[cable.a])) / length;
                 *tension = tension.max(cable.tension(length, rate));
             }
         }
@@ -162,12 +159,18 @@ impl CableJoints {
     }
 }
 
-/// Stretch of `cable` [m] and its rate [m/s]; knots at one place part at no rate.
+/// Stretch of `cable` [m] and its rate [m/s].
 fn stretch(cable: &Cable, knots: &Knots) -> [f64; 2] {
+    let [length, rate] = length_and_rate(cable, knots);
+    [length - cable.rest_length, rate]
+}
+
+/// Length of `cable` [m] and its rate [m/s]; knots at one place part at no rate.
+fn length_and_rate(cable: &Cable, knots: &Knots) -> [f64; 2] {
     let across = knots.position[cable.b] - knots.position[cable.a];
     let length = across.norm();
     let parting = across.dot(&(knots.velocity[cable.b] - knots.velocity[cable.a]));
-    [length - cable.rest_length, parting / length.max(f64::MIN_POSITIVE)]
+    [length, parting / length.max(f64::MIN_POSITIVE)]
 }
 
 /// Natural frequency and damping ratio of the joint that is `cable` in sub-steps of `step` seconds.

@@ -53,6 +53,10 @@ impl NetMotion for MovedKnots<'_> {
         self.end.velocity[knot]
     }
 
+    fn velocity_before(&self, knot: usize) -> Vector3<f64> {
+        self.start.velocity[knot]
+    }
+
     fn inverse_mass(&self, knot: usize) -> f64 {
         self.inverse_mass[knot]
     }
