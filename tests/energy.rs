@@ -587,31 +587,33 @@ fn undamped_explicit_cables_take_nothing_whatever_they_meet() {
 }
 
 /// A net of 2 g between bullets of 0.2 kg, whose cables are drawn taut again and again.
-fn light_net(cables: &str, damping: f64) -> Case {
+fn light_net(cables: &str, damping: f64, loss_tolerance: f64) -> Case {
     case_of(json!({
         "title": "light net", "duration_s": 0.6,
         "net": { "meshes": [2, 6], "mesh_length_m": 0.2, "bullet_mass_kg": 0.2,
                  "cable": { "material": "zylon", "diameter_m": 0.0005, "damping_ratio": damping },
                  "fold": { "scheme": "scaled", "ratio": 0.5 } },
         "launch": { "speed_m_s": 8.0, "angle_deg": 40.0 },
-        "solver": { "cables": cables, "contact": if cables == "joints" { "rapier" } else { "impulse" } }
+        "solver": { "cables": cables, "contact": if cables == "joints" { "rapier" } else { "impulse" },
+                    "loss_tolerance": loss_tolerance }
     }))
 }
 
-/// What rows take by being solved implicitly is not the cables'. By their law these took, as joints and as explicit ones, 0 and 0 of the launch
-/// energy undamped, 0.040 and 0.049 at 0.3; rows 0.26 and 0.089 beyond it.
+/// What rows take by being solved implicitly is not the cables'. Where they may take what they like, these took by their law, as joints and as
+/// explicit ones, 0 and 0 of the launch energy undamped, 0.061 and 0.049 at 0.3; rows 0.17 and 0 beyond it.
 #[test]
 fn what_implicit_rows_take_is_told_from_what_cables_take() {
-    for (damping, rows_take) in [(0.0, 0.2), (0.3, 0.05)] {
+    for damping in [0.0, 0.3] {
         let [(case, run), (other, flown)] = ["joints", "explicit"].map(|cables| {
-            let case = light_net(cables, damping);
+            let case = light_net(cables, damping, 100.0);
             let run = common::run(&case);
             (case, run)
         });
         let ((by_law, by_rows), (explicit, none)) = (taken(&case, &run), taken(&other, &flown));
         println!("damping {damping}: by law {by_law:.3}, explicit {explicit:.3}, beyond it {by_rows:?}");
         below(&format!("damping {damping}: by law, apart"), (by_law - explicit).abs(), 0.03);
-        assert!(by_rows.is_some_and(|taken| taken > rows_take) && none.is_none());
+        assert_eq!(by_rows.expect("joints are rows") > 0.1, damping == 0.0, "damping {damping}");
+        assert!(none.is_none(), "explicit cables are no rows");
         below(&format!("damping {damping}: in no row"), Conservation::of(&case, &run).energy_residual, 1e-9);
         let curves = Curves::of(&case, &run);
         let said =
@@ -620,12 +622,42 @@ fn what_implicit_rows_take_is_told_from_what_cables_take() {
     }
 }
 
-/// Over the launch energy, of the net of Table 3.2 in the 1.2 s of its flight. Measured: 8e-17, 1.3e-2 and 0.
+/// Steps in which rows would take more are cut, and what cables take then is what explicit ones do. Measured: by rows at most
+/// 8.1e-3, by law at most 1.2e-2 apart.
+#[test]
+fn rows_take_no_more_in_flight_than_they_may() {
+    for damping in [0.0, 0.3] {
+        let [joints, explicit] = ["joints", "explicit"].map(|cables| {
+            let case = light_net(cables, damping, 0.15);
+            taken(&case, &common::run(&case))
+        });
+        println!("damping {damping}: {joints:?}, explicit {explicit:?}");
+        below(&format!("damping {damping}: by rows"), joints.1.expect("joints are rows"), 1e-2);
+        below(&format!("damping {damping}: apart"), (joints.0 - explicit.0).abs(), 0.03);
+    }
+}
+
+/// Over the launch energy, at the own step: meshes, damping ratio and launch speed [m/s]. Measured: at most 9.2e-3 (created 3e-4).
 #[test]
 fn implicit_rows_take_little_of_a_net_in_flight() {
-    for (damping, most) in [("0", 1e-9), ("0.1", 3e-2), ("5", 3e-2)] {
-        let case = common::scene("deployment-kevlar", &[&format!("net.cable.damping_ratio={damping}")]);
-        let (_, by_rows) = taken(&case, &common::run(&case));
-        below(&format!("damping {damping}"), by_rows.expect("joints are rows"), most);
+    let nets =
+        [1, 2, 4, 10].into_iter().flat_map(|n| [0.0, 0.003, 0.1, 1.0, 5.0].map(|damping| (n, damping)));
+    let slow = nets.map(|(n, damping)| (n, damping, 10.0));
+    for (n, damping, speed) in slow.chain([(4, 0.1, 1.0), (4, 0.1, 30.0), (4, 0.1, 60.0), (20, 0.1, 60.0)]) {
+        let case = net("joints", n, damping, speed, 10.0 / speed);
+        let run = common::run(&case);
+        let (_, by_rows) = taken(&case, &run);
+        let name = format!("{n} x {n}, damping {damping}, {speed} m/s");
+        below(&format!("{name}: by rows"), by_rows.expect("joints are rows"), 1e-2);
+        below(&format!("{name}: created"), Conservation::of(&case, &run).energy_created, 1e-3);
     }
+}
+
+/// Around a free Cubesat rows took 0.11 of the launch energy in 3 s with nothing asked of them. Measured: 0.010 in 2 s.
+#[test]
+fn rows_take_no_more_around_a_target_than_they_may() {
+    let case = common::scene("cubesat-free", &["solver.loss_tolerance=0.01", "duration_s=2"]);
+    let (_, by_rows) = taken(&case, &common::run(&case));
+    println!("by rows {by_rows:?}");
+    below("by rows", by_rows.expect("joints are rows"), 2e-2);
 }

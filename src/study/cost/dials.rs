@@ -29,6 +29,9 @@ const SWEEPS: [u32; 5] = [1, 2, 4, 8, 16];
 /// Passes over the snaps that are tried.
 const SNAP_PASSES: [u32; 4] = [0, 1, 4, 64];
 
+/// What rows may take that is tried, over the launch energy.
+const LOSSES: [f64; 3] = [1.0, 0.05, 0.01];
+
 /// Steps of the explicit net, over its stable step.
 const SHARES: [f64; 6] = [0.95, 0.6, 0.3, 0.1, 0.03, 0.01];
 
@@ -147,6 +150,10 @@ fn joints(dials: &mut Dials<'_>, base: &Case) {
     for passes in SNAP_PASSES {
         let changes = [step(JOINTS_STEP), format!("solver.snap_passes={passes}")];
         add("joints, snap passes", format!("{passes} snap passes"), f64::from(passes), &changes);
+    }
+    for loss in LOSSES {
+        let changes = [step(JOINTS_STEP), format!("solver.loss_tolerance={loss}")];
+        add("joints, loss", format!("loss of {loss}"), loss, &changes);
     }
     if base.target().is_some() {
         for h in [1e-3, JOINTS_STEP, 2e-4] {

@@ -16,7 +16,7 @@ use crate::limits::Limit;
 use crate::options::{BuildContext, TimeStep};
 use crate::solver::{ContactModel, Flight, JOINTS_STEP, Solver};
 use crate::state::{Body, State, TARGET};
-use crate::step::adaptive::{AdaptiveSubstep, MOST_PARTS};
+use crate::step::adaptive::{AdaptiveSubstep, MOST_PARTS, StepEnergy};
 use crate::step::iterations::SolverIterations;
 use crate::step::limits::{Demands, StepLimits};
 use crate::step::mass_spring::MassSpring;
@@ -26,7 +26,7 @@ use crate::step::together::SharedContacts;
 use crate::work::{Clock, Work};
 use crate::world::{Census, Setup, World};
 use books::StepBooks;
-use cables::CableJoints;
+use cables::{Beside, CableJoints};
 use ties::KnotTies;
 
 /// Cables as joints of the engine.
@@ -104,6 +104,10 @@ pub struct RapierJoints {
     near: Option<NearTarget>,
     /// Into how many parts a step is cut.
     substep: AdaptiveSubstep,
+    /// What rows may take beyond the cables' law, over the launch energy [-].
+    loss_tolerance: f64,
+    /// Whether net and target have come within reach of each other.
+    has_met: bool,
     /// Parts at most where contacts of effects act.
     most_with_contacts: u32,
     cuts: Cuts,
@@ -147,9 +151,11 @@ impl RapierJoints {
             precision: solver.precision,
         };
         let mut world = World::new(net, target, &setup);
+        let cables = CableJoints::install(net, solver.snap_passes, time_step.step, &mut world);
+        let most_for_rows = (time_step.step / cables.shortest_part()).ceil() as u32;
         RapierJoints {
             iterations: SolverIterations::new(solver.sweeps, solver.sweeps_max),
-            cables: CableJoints::install(net, solver.snap_passes, time_step.step, &mut world),
+            cables,
             ties: KnotTies::new(time_step.step),
             contacts: ContactManager::new(context.contact_settings().as_ref()),
             flight: (solver.flight == Flight::Explicit).then(|| MassSpring::flight(context)),
@@ -159,7 +165,9 @@ impl RapierJoints {
                 way: world.look_ahead().min(0.5 * target.thinnest),
             }),
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
-            substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST)),
+            substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST), most_for_rows),
+            loss_tolerance: solver.loss_tolerance.0,
+            has_met: false,
             most_with_contacts: most_parts(context, 1.0),
             shared: SharedContacts::new(context),
             books: StepBooks::default(),
@@ -202,6 +210,8 @@ impl RapierJoints {
     ) -> Result<u32, Failure> {
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
+        self.has_met = self.has_met || !self.world.apart(state);
+        self.substep.rows_may_take(self.loss_tolerance, self.has_met);
         if with.touch() {
             // What is left there is not of the cables, and shorter parts do not take it: they cost up to half of the run. (Of knots alone
             // they do: one of 13 runs of `stress coincident-knots` under joints+impulse made 1.5e-3, none more than 2.2e-4 so.)
@@ -242,10 +252,16 @@ impl RapierJoints {
             let gain = if rise > by_cables { rise } else { by_cables };
             let mut constraints = if may_cut { with.fared(&state.knots) } else { Fared::default() };
             constraints.is_violated |= self.ties.give_way(&self.starts[0].knots, &state.knots);
-            if self.substep.accept(gain, energy + by_cables, constraints) {
+            let taken_by_rows = match self.answers(with) && (self.has_met || with.touch()) {
+                // What contacts took at the kick and rows gave back would count as taken by rows.
+                true => 0.0,
+                false => -by_cables - self.cables.taken_by_law(),
+            };
+            let made = StepEnergy { at_end: energy + by_cables, made: gain, taken_by_rows };
+            if self.substep.accept(made, constraints) {
                 return Ok(cuts);
             }
-            // Cables or contacts made energy, or threads are too long: back to the start, and on in more parts.
+            // Cables or contacts made energy, rows took it, or threads are too long: back to the start, and on in more parts.
             state.clone_from(&self.starts[0]);
             self.answered.clone_from(&self.answered_before);
             self.world.write(state);
@@ -280,7 +296,7 @@ impl RapierJoints {
                 self.kick(state, step, n_parts);
             }
             // Snaps before the world moves: its implicit rows would swallow them.
-            self.cables.prepare(state, step, self.answers(with), &mut self.world);
+            self.cables.prepare(state, step, self.beside(with), &mut self.world);
             if part > 0 {
                 self.starts[1].clone_from(state);
             }
@@ -334,6 +350,15 @@ impl RapierJoints {
     /// Whether contacts are answered before the engine moves the net: those of effects, and of knots where impulses of ours do.
     fn answers(&self, with: &Interactions) -> bool {
         with.touch() || self.contacts.is_by_impulse()
+    }
+
+    /// What acts at the net beside the engine.
+    fn beside(&self, with: &Interactions) -> Beside {
+        match self.answers(with) {
+            true => Beside::Contacts,
+            false if with.constrain() => Beside::Constraints,
+            false => Beside::Nothing,
+        }
     }
 
     /// Detection, contact rows, cable rows and motion, sub-step by sub-step; again where what is answered before finds that it gave too

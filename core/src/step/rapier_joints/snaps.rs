@@ -40,7 +40,7 @@ use crate::state::{Knots, State};
 /// Steps in a half cycle from which the implicit row resolves it. It damps like a ratio of ω h / 2, half of
 /// Table 3.2's 0.1 at 30 steps. On that net's bullets, with snaps only where the half cycle is shorter
 /// than one step, 0.2 ms and 0.05 ms erred by 6 mm at 0.5 s, 0.5 ms by 0.9 mm.
-const RESOLVED: f64 = 30.0;
+pub const RESOLVED: f64 = 30.0;
 
 /// Share of half a period of a cable's own within which cables go taut as good as at once [-].
 const OVERLAP: f64 = 0.2;
