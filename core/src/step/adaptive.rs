@@ -38,7 +38,7 @@ const TOLERANCE_OF_CONSTRAINTS: f64 = 5e-4;
 const LEAST_SHARE: f64 = 0.01;
 
 /// What rows may take beyond the cables' law before net and target have met, over the largest energy of the net. Table 3.2's net
-/// at damping ratios of 0.1 and 0.03 lost 1.3e-2 and 3.7e-2 without a bound, 5e-3 and 1.1e-2 with this one, in 1.0 and 1.3 times the time.
+/// at damping ratios of 0.1 and 0.03 lost 1.3e-2 and 3.7e-2 without a bound, 5e-3 and 1.1e-2 with this one, in 1.1 and 1.3 times the time.
 const TAKEN_IN_FLIGHT: f64 = 8e-3;
 
 /// The same over what they may take in all, where that is more.
