@@ -637,7 +637,8 @@ fn rows_take_no_more_in_flight_than_they_may() {
     }
 }
 
-/// Over the launch energy, at the own step: meshes, damping ratio and launch speed [m/s]. Measured: at most 9.2e-3 (created 3e-4).
+/// Over the launch energy, at the own step: meshes, damping ratio and launch speed [m/s]. Measured: at most 9.2e-3 (created 3e-4), and nothing
+/// where cables only snap.
 #[test]
 fn implicit_rows_take_little_of_a_net_in_flight() {
     let nets =
@@ -648,7 +649,8 @@ fn implicit_rows_take_little_of_a_net_in_flight() {
         let run = common::run(&case);
         let (_, by_rows) = taken(&case, &run);
         let name = format!("{n} x {n}, damping {damping}, {speed} m/s");
-        below(&format!("{name}: by rows"), by_rows.expect("joints are rows"), 1e-2);
+        let most = if damping < 0.01 { 1e-9 } else { 1e-2 };
+        below(&format!("{name}: by rows"), by_rows.expect("joints are rows"), most);
         below(&format!("{name}: created"), Conservation::of(&case, &run).energy_created, 1e-3);
     }
 }

@@ -30,8 +30,8 @@ pub struct Solver {
     /// `joints`: passes over the cables that snap taut within a step, one for those that do at once; 0: snaps are left to the engine.
     #[schemars(range(max = 1000))]
     pub snap_passes: u32,
-    /// `joints`: what the engine's implicit rows may take beyond the cables' own law, over the launch energy [-]: steps in which they would
-    /// take more are cut, as far as that helps. Until net and target meet 0.008, or a twentieth of it if that is more. Once they have met not
+    /// `joints`: what the engine's implicit rows may take beyond the cables' own law, over the largest energy of the net so far [-]: steps in which
+    /// they would take more are cut, as far as that helps. Until net and target meet 0.008, or a twentieth of it if that is more. Once they have met not
     /// where contacts of effects, or of knots by impulses, act.
     pub loss_tolerance: Positive,
     /// `joints`: how the net flies while its box and the target's are apart.
@@ -73,7 +73,7 @@ impl Default for Solver {
             // Passes end when nothing snaps any more, so more cost nothing where 4 suffice. Table 3.2's net takes more than
             // 16 in some steps, and none more than 32 where it is undamped.
             snap_passes: 64,
-            // A free Cubesat's rows take 0.11 without a bound at Table 3.2's damping, 0.48 at a thirtieth of it: 0.21 so, in twice the time.
+            // A free Cubesat's rows take 0.11 without a bound at Table 3.2's damping, 0.47 at a thirtieth of it: 0.23 so, in three times the time.
             loss_tolerance: Positive(0.15),
             flight: Flight::Cables,
             integrator: Integrator::Auto,

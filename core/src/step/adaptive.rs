@@ -66,6 +66,8 @@ pub struct AdaptiveSubstep {
     by_cables: Allowance,
     by_constraints: Allowance,
     by_rows: Allowance,
+    /// What rows may take in all, over the largest energy of the net [-].
+    loss_tolerance: f64,
 }
 
 /// What a step did with energy.
@@ -86,13 +88,18 @@ struct Allowance {
     tolerance: f64,
     /// What a step may make however much others have made, over the same [-].
     always: f64,
-    /// By how much energy has risen above an earlier minimum, beyond what was put in [J].
+    /// By how much energy has risen above an earlier minimum, beyond what was put in; or what was taken in sum [J].
     made: f64,
 }
 
 impl Allowance {
     fn new(tolerance: f64) -> Allowance {
         Allowance { tolerance, always: LEAST_SHARE * tolerance, made: 0.0 }
+    }
+
+    /// What rows may take.
+    fn of_rows(tolerance: f64) -> Allowance {
+        Allowance { always: ALWAYS_TAKEN.min(LEAST_SHARE * tolerance), ..Allowance::new(tolerance) }
     }
 
     /// Whether a step may make `gain`, where the net has had the energy `scale` [J]. A gain that is no number it may not.
@@ -106,9 +113,11 @@ impl Allowance {
 }
 
 impl AdaptiveSubstep {
-    /// Starts with `least` parts; at most `most`, and because of what rows take `most_for_rows`.
-    pub fn new(least: u32, most: u32, most_for_rows: u32) -> AdaptiveSubstep {
+    /// Starts with `least` parts; at most `most`, and because of what rows take `most_for_rows`: `loss_tolerance` of the largest energy of
+    /// the net [-].
+    pub fn new(least: u32, most: u32, most_for_rows: u32, loss_tolerance: f64) -> AdaptiveSubstep {
         let least = least.max(1);
+        let in_flight = loss_tolerance.min(TAKEN_IN_FLIGHT).max(SHARE_IN_FLIGHT * loss_tolerance);
         AdaptiveSubstep {
             least,
             most: most.max(least),
@@ -118,8 +127,14 @@ impl AdaptiveSubstep {
             scale: 0.0,
             by_cables: Allowance::new(TOLERANCE),
             by_constraints: Allowance::new(TOLERANCE_OF_CONSTRAINTS),
-            by_rows: Allowance::new(TAKEN_IN_FLIGHT),
+            by_rows: Allowance::of_rows(in_flight),
+            loss_tolerance,
         }
+    }
+
+    /// Hears that net and target have met: rows may take more from now on, less what they took before.
+    pub fn meet(&mut self) {
+        self.by_rows = Allowance { made: self.by_rows.made, ..Allowance::of_rows(self.loss_tolerance) };
     }
 
     /// Hears that for energy alone steps are to be in so many parts at most. What constraints make beyond that shorter parts do take: with a bound for
@@ -127,14 +142,6 @@ impl AdaptiveSubstep {
     /// 2.3e-4 (of 8), in the same time.
     pub fn for_energy_at_most(&mut self, parts: u32) {
         self.most_for_energy = self.most.min(parts).max(self.least);
-    }
-
-    /// Hears what rows may take in all from now on, over the largest energy of the net: what they took before counts.
-    pub fn rows_may_take(&mut self, tolerance: f64, has_met: bool) {
-        let in_flight = tolerance.min(TAKEN_IN_FLIGHT).max(SHARE_IN_FLIGHT * tolerance);
-        let tolerance = if has_met { tolerance } else { in_flight };
-        let always = ALWAYS_TAKEN.min(LEAST_SHARE * tolerance);
-        self.by_rows = Allowance { tolerance, always, ..self.by_rows };
     }
 
     /// Hears that the coming step needs so many parts at least, whatever its energy.
@@ -157,13 +164,16 @@ impl AdaptiveSubstep {
     pub fn accept(&mut self, energy: StepEnergy, constraints: Fared) -> bool {
         let constraints_will_do =
             !constraints.is_violated && self.by_constraints.allows(constraints.created, self.scale);
-        let most = if constraints_will_do { self.most_for_energy } else { self.most };
-        if !(constraints_will_do && self.by_cables.allows(energy.made, self.scale)) && self.now < most {
-            self.now = (2 * self.now).min(most);
-            return false;
-        }
-        let most = self.most_for_rows.min(self.most_for_energy);
-        if !self.by_rows.allows(energy.taken_by_rows, self.scale) && self.now < most {
+        let most = if !constraints_will_do {
+            self.most
+        } else if !self.by_cables.allows(energy.made, self.scale) {
+            self.most_for_energy
+        } else if !self.by_rows.allows(energy.taken_by_rows, self.scale) {
+            self.most_for_rows.min(self.most_for_energy)
+        } else {
+            self.now
+        };
+        if self.now < most {
             self.now = (2 * self.now).min(most);
             return false;
         }
@@ -192,7 +202,7 @@ mod tests {
 
     #[test]
     fn steps_share_what_they_may_make() {
-        let mut substep = AdaptiveSubstep::new(1, 24, 1);
+        let mut substep = AdaptiveSubstep::new(1, 24, 1, 0.1);
         substep.start(1.0);
         assert!(substep.accept(made(1.5e-4, 1.0), Fared::default()));
         assert!(!substep.accept(made(1e-4, 1.0), Fared::default()), "more than is left");
@@ -205,7 +215,7 @@ mod tests {
     #[test]
     fn constraints_have_an_allowance_of_their_own() {
         let fared = |created| Fared { is_violated: false, created };
-        let mut substep = AdaptiveSubstep::new(1, 24, 1);
+        let mut substep = AdaptiveSubstep::new(1, 24, 1, 0.1);
         substep.start(1.0);
         assert!(substep.accept(made(1.5e-4, 1.0), fared(4.5e-4)));
         assert!(!substep.accept(made(0.0, 1.0), fared(6e-5)), "more than is left");
@@ -216,7 +226,7 @@ mod tests {
     /// Where more parts are of no help against energy, constraints still ask for them.
     #[test]
     fn energy_and_constraints_have_bounds_of_their_own() {
-        let mut substep = AdaptiveSubstep::new(1, 16, 1);
+        let mut substep = AdaptiveSubstep::new(1, 16, 1, 0.1);
         substep.for_energy_at_most(4);
         substep.start(1.0);
         let parts = |substep: &mut AdaptiveSubstep, fared| {
@@ -229,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_step_that_makes_energy_is_cut_until_it_makes_none() {
-        let mut substep = AdaptiveSubstep::new(1, 24, 1);
+        let mut substep = AdaptiveSubstep::new(1, 24, 1, 0.1);
         substep.start(1.0);
         let mut asked = vec![substep.now()];
         while !substep.accept(made(1e-3, 1.001), Fared::default()) {
@@ -250,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_step_whose_rows_take_too_much_is_cut_as_far_as_that_helps() {
-        let mut substep = AdaptiveSubstep::new(1, 24, 6);
+        let mut substep = AdaptiveSubstep::new(1, 24, 6, 0.1);
         substep.start(1.0);
         let took = |taken_by_rows| StepEnergy { at_end: 1.0, made: 0.0, taken_by_rows };
         let mut accepts = |taken| substep.accept(took(taken), Fared::default());
@@ -258,15 +268,18 @@ mod tests {
         assert!(!accepts(2e-3), "more than is left in flight");
         assert!(!accepts(2e-3) && !accepts(2e-3) && accepts(2e-3), "2, 4 and 6 parts");
         assert!(accepts(7e-5), "a little may always be");
-        substep.rows_may_take(0.1, true);
+        substep.meet();
         for _ in 0..9 {
             assert!(substep.accept(took(1e-2), Fared::default()));
         }
         assert!(!substep.accept(took(1e-2), Fared::default()), "what flight and contact took together");
         assert!(substep.accept(took(9e-5), Fared::default()));
-        substep.rows_may_take(1e-3, true);
-        assert!(!substep.accept(took(9e-5), Fared::default()), "a hundredth of the whole at most");
-        let none_helps = AdaptiveSubstep::new(1, 24, 1).accept(took(f64::NAN), Fared::default());
+        let mut strict = AdaptiveSubstep::new(1, 24, 6, 1e-3);
+        strict.start(1.0);
+        strict.meet();
+        assert!(strict.accept(took(9.9e-4), Fared::default()));
+        assert!(!strict.accept(took(9e-5), Fared::default()), "a hundredth of the whole at most");
+        let none_helps = AdaptiveSubstep::new(1, 24, 1, 0.1).accept(took(f64::NAN), Fared::default());
         assert!(none_helps, "parts in which rows would take more");
     }
 }

@@ -104,8 +104,6 @@ pub struct RapierJoints {
     near: Option<NearTarget>,
     /// Into how many parts a step is cut.
     substep: AdaptiveSubstep,
-    /// What rows may take beyond the cables' law, over the launch energy [-].
-    loss_tolerance: f64,
     /// Whether net and target have come within reach of each other.
     has_met: bool,
     /// Parts at most where contacts of effects act.
@@ -165,8 +163,12 @@ impl RapierJoints {
                 way: world.look_ahead().min(0.5 * target.thinnest),
             }),
             launch_energy: net.launch_energy().max(f64::MIN_POSITIVE),
-            substep: AdaptiveSubstep::new(time_step.substeps, most_parts(context, FINEST), most_for_rows),
-            loss_tolerance: solver.loss_tolerance.0,
+            substep: AdaptiveSubstep::new(
+                time_step.substeps,
+                most_parts(context, FINEST),
+                most_for_rows,
+                solver.loss_tolerance.0,
+            ),
             has_met: false,
             most_with_contacts: most_parts(context, 1.0),
             shared: SharedContacts::new(context),
@@ -210,8 +212,10 @@ impl RapierJoints {
     ) -> Result<u32, Failure> {
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
-        self.has_met = self.has_met || !self.world.apart(state);
-        self.substep.rows_may_take(self.loss_tolerance, self.has_met);
+        if !self.has_met && !self.world.apart(state) {
+            self.has_met = true;
+            self.substep.meet();
+        }
         if with.touch() {
             // What is left there is not of the cables, and shorter parts do not take it: they cost up to half of the run. (Of knots alone
             // they do: one of 13 runs of `stress coincident-knots` under joints+impulse made 1.5e-3, none more than 2.2e-4 so.)
@@ -240,24 +244,9 @@ impl RapierJoints {
         loop {
             self.cuts.count(u64::from(self.substep.now()), state.time)?;
             let put_in = self.in_parts(before, state, with, work, clock)?;
-            let energy_now = self.cables.energy(&state.knots);
-            let by_cables = energy_now - put_in - energy;
-            // What a contact takes from light knots and cables give them back at once is no gain of the cables, so what
-            // both make is looked for in their sum.
-            let rise = match with.touch() || !self.contacts.is_by_force() {
-                true => self.books.rise(energy_now - energy, &self.starts[0], state),
-                false => f64::NEG_INFINITY,
-            };
-            // In this order what is not a number stays so.
-            let gain = if rise > by_cables { rise } else { by_cables };
             let mut constraints = if may_cut { with.fared(&state.knots) } else { Fared::default() };
             constraints.is_violated |= self.ties.give_way(&self.starts[0].knots, &state.knots);
-            let taken_by_rows = match self.answers(with) && (self.has_met || with.touch()) {
-                // What contacts took at the kick and rows gave back would count as taken by rows.
-                true => 0.0,
-                false => -by_cables - self.cables.taken_by_law(),
-            };
-            let made = StepEnergy { at_end: energy + by_cables, made: gain, taken_by_rows };
+            let made = self.step_energy(energy, put_in, state, with);
             if self.substep.accept(made, constraints) {
                 return Ok(cuts);
             }
@@ -269,6 +258,26 @@ impl RapierJoints {
             with.rollback();
             cuts += 1;
         }
+    }
+
+    /// What the step did with energy that brought the net from `energy` and `put_in` [J] to `state`.
+    fn step_energy(&self, energy: f64, put_in: f64, state: &State, with: &Interactions) -> StepEnergy {
+        let now = self.cables.energy(&state.knots);
+        let by_cables = now - put_in - energy;
+        // What a contact takes from light knots and cables give them back at once is no gain of the cables, so what
+        // both make is looked for in their sum.
+        let rise = match with.touch() || !self.contacts.is_by_force() {
+            true => self.books.rise(now - energy, &self.starts[0], state),
+            false => f64::NEG_INFINITY,
+        };
+        let taken_by_rows = match self.answers(with) && (self.has_met || with.touch()) {
+            // What contacts took at the kick and rows gave back would count as taken by rows.
+            true => 0.0,
+            false => -by_cables - self.cables.taken_by_law(),
+        };
+        // In this order what is not a number stays so.
+        let made = if rise > by_cables { rise } else { by_cables };
+        StepEnergy { at_end: energy + by_cables, made, taken_by_rows }
     }
 
     /// The step in as many parts as are asked for; the work of contacts and effects on the net within it [J].
