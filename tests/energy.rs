@@ -637,22 +637,49 @@ fn rows_take_no_more_in_flight_than_they_may() {
     }
 }
 
-/// Over the launch energy, at the own step: meshes, damping ratio and launch speed [m/s]. Measured: at most 9.2e-3 (created 3e-4), and nothing
+/// Over the launch energy, at the own step: meshes, damping ratio and launch speed [m/s]. Measured: at most 9.2e-3 (created 5.7e-4), and nothing
 /// where cables only snap.
 #[test]
 fn implicit_rows_take_little_of_a_net_in_flight() {
     let nets =
         [1, 2, 4, 10].into_iter().flat_map(|n| [0.0, 0.003, 0.1, 1.0, 5.0].map(|damping| (n, damping)));
     let slow = nets.map(|(n, damping)| (n, damping, 10.0));
-    for (n, damping, speed) in slow.chain([(4, 0.1, 1.0), (4, 0.1, 30.0), (4, 0.1, 60.0), (20, 0.1, 60.0)]) {
-        let case = net("joints", n, damping, speed, 10.0 / speed);
+    let fast = [2, 4, 10].into_iter().flat_map(|n| [0.0, 0.003, 0.03, 0.1].map(|damping| (n, damping, 60.0)));
+    let others = [(4, 0.1, 1.0), (2, 0.0, 30.0), (4, 0.1, 30.0), (10, 0.0, 30.0), (20, 0.1, 60.0)];
+    for (n, damping, speed) in slow.chain(fast).chain(others) {
+        let case = net("joints", n, damping, speed, if speed > 30.0 { 0.3 } else { 10.0 / speed });
         let run = common::run(&case);
         let (_, by_rows) = taken(&case, &run);
         let name = format!("{n} x {n}, damping {damping}, {speed} m/s");
-        let most = if damping < 0.01 { 1e-9 } else { 1e-2 };
+        let most = if damping < 0.01 && speed == 10.0 { 1e-9 } else { 1e-2 };
         below(&format!("{name}: by rows"), by_rows.expect("joints are rows"), most);
         below(&format!("{name}: created"), Conservation::of(&case, &run).energy_created, 1e-3);
     }
+}
+
+/// Knots that move by the mean of their velocities, in steps of a thirtieth of a cable's half cycle; bullets are shot one after another. Measured: knots
+/// 0.05 mm apart (24 by the engine's own motion), rows take 1e-7 of the launch energy (3e-4).
+#[test]
+fn a_net_that_steps_resolve_flies_as_an_explicit_one() {
+    let fly = |method: &[&str]| {
+        let shot =
+            ["net.cable.damping_ratio=0.003", "launch.bullets.delay_s=[0,0.01,0,0.005]", "duration_s=0.15"];
+        let case = common::scene("deployment-kevlar", &[method, &shot].concat());
+        let run = common::run(&case);
+        (case, run)
+    };
+    let (case, joints) = fly(&["solver.step_s=1e-5"]);
+    let (_, explicit) = fly(&["solver.cables=explicit", "solver.contact=impulse", "solver.step_s=2e-6"]);
+    let [end, other] = [&joints, &explicit].map(|run| run.frames.knots.last().expect("a frame"));
+    let apart = end.iter().zip(other).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let (_, by_rows) = taken(&case, &joints);
+    let by_rows = by_rows.expect("joints are rows");
+    let kept = Conservation::of(&case, &joints);
+    println!("{apart} m apart, by rows {by_rows}, {kept:?}");
+    below("apart", apart, 5e-4);
+    below("by rows", by_rows.abs(), 1e-6);
+    below("created", kept.energy_created, 1e-7);
+    below("angular momentum", kept.angular_momentum_residual, 1e-12);
 }
 
 /// Around a free Cubesat rows took 0.11 of the launch energy in 3 s with nothing asked of them. Measured: 0.010 in 2 s.

@@ -96,6 +96,17 @@ impl Cable {
         taut_force(self.stiffness, self.damping, length - self.rest_length, stretch_rate, 1.0)
     }
 
+    /// Mean tension [N] over `step` seconds in which stretch, below zero where it is slack, goes from `from` to `to` [m]: what it stored over
+    /// the way, and its dashpot for the share of the step in which it is taut. It does not push.
+    pub fn mean_tension(&self, from: f64, to: f64, step: f64) -> f64 {
+        let (taut_from, taut_to) = (from.max(0.0), to.max(0.0));
+        if taut_from == taut_to {
+            return self.stiffness * taut_from;
+        }
+        let by_spring = stored_between(self.stiffness, taut_from, taut_to) / (to - from);
+        (by_spring + self.damping * (taut_to - taut_from) / step).max(0.0)
+    }
+
     /// Elastic energy [J]: U = k (r − l₀)² / 2 while r > l₀, else 0.
     pub fn energy(&self, length: f64) -> f64 {
         stored_between(self.stiffness, 0.0, (length - self.rest_length).max(0.0))
@@ -211,6 +222,23 @@ mod tests {
         assert_eq!((whole.stiffness, whole.damping, whole.reduced_mass), (50.0, 0.25, 0.5));
         let undamped = pieces.map(|piece| Cable { damping: 0.0, ..piece });
         assert_eq!(Cable::in_a_row(&undamped, &[1.0, 1e-3, 1.0]).damping, 0.0);
+    }
+
+    /// Wherever on the way it goes taut or slack: spring and dashpot as integrals of Eq. 3.3 over time, summed up in small pieces.
+    #[test]
+    fn a_mean_tension_does_the_work_of_the_law() {
+        let (cable, step, n) = (cable(), 1e-2, 100_000);
+        for (from, to) in [(0.1, 0.3), (-0.2, 0.1), (0.3, -0.1), (-0.3, -0.1), (0.2, 0.2)] {
+            let rate = (to - from) / step;
+            let tension = |share: f64| {
+                let stretch = from + share * (to - from);
+                if stretch > 0.0 { cable.taut_force(cable.rest_length + stretch, rate) } else { 0.0 }
+            };
+            let mean =
+                (0..n).map(|i| tension((f64::from(i) + 0.5) / f64::from(n))).sum::<f64>() / f64::from(n);
+            let found = cable.mean_tension(from, to, step);
+            assert!((found - mean.max(0.0)).abs() < 1e-3, "{from} {to}: {found} {mean}");
+        }
     }
 
     #[test]

@@ -127,6 +127,12 @@ impl World {
         }
     }
 
+    pub fn impulse_of_joint(&self, index: usize) -> f64 {
+        let joint = self.physics.impulse_joints.get(self.joints[index]);
+        // A coupled limit's row writes to the first of its axes.
+        joint.map_or(0.0, |joint| number(joint.data.limits[JointAxis::LinX as usize].impulse))
+    }
+
     pub fn set_velocity(&mut self, index: usize, velocity: &Vector3<f64>) {
         self.physics.bodies[self.knots[index]].set_linvel(engines(velocity), false);
     }

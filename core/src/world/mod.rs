@@ -115,6 +115,11 @@ impl World {
         either!(Engine, &mut self.0, engine => engine.set_acting(index, acts));
     }
 
+    /// Impulse with which joint `index` pulled in the last step [N s].
+    pub fn impulse_of_joint(&self, index: usize) -> f64 {
+        either!(Engine, &self.0, engine => engine.impulse_of_joint(index))
+    }
+
     /// Gives knot `index` a new velocity [m/s].
     pub fn set_velocity(&mut self, index: usize, velocity: &Vector3<f64>) {
         either!(Engine, &mut self.0, engine => engine.set_velocity(index, velocity));

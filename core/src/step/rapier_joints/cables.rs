@@ -7,6 +7,7 @@
 //! 1. **Sustained tension**: a limit on the distance of the two knots, whose softness is the
 //!    cable's own spring (ω / 2π in Hz, ζ). Solved implicitly in every sub-step it is a
 //!    Kelvin–Voigt element that only pulls (Eq. 3.3).
+//!    In flight, where the sub-step resolves a cable, its ends move by the mean of their velocities (`mean_motion.rs` beside).
 //! 2. **Snap**: a cable that goes taut and slack again within a few steps is too fast for the implicit row, and passes on
 //!    an impulse before the step (`snaps.rs` beside).
 //! 3. **Rest**: a cable that cannot become taut within the step has no row in it.
@@ -27,6 +28,7 @@ use crate::net::Net;
 use crate::state::{Knots, State};
 use crate::world::{Softness, World};
 
+use super::mean_motion::MeanMotion;
 use super::snaps::{RESOLVED, Snaps};
 
 /// A cable that may become taut although its knots drift apart too slowly now: its knots can gain
@@ -34,11 +36,13 @@ use super::snaps::{RESOLVED, Snaps};
 /// or the stretch turns up as energy from nowhere.
 const REST_MARGIN: f64 = 3.0;
 
-/// What acts at a net beside the engine's own rows.
+/// What acts at a net beside its cables' rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beside {
-    /// Nothing, or contacts of the engine.
+    /// Nothing: it flies.
     Nothing,
+    /// Contacts of the engine, or forces of ours after the step.
+    Target,
     /// Threads and latches.
     Constraints,
     /// Contacts of effects or impulses of ours.
@@ -54,8 +58,12 @@ pub struct CableJoints {
     acting: Vec<bool>,
     /// Knots whose velocity a snap changed in this step.
     touched: Vec<bool>,
-    /// The sub-step that the joints' damping is made for [s].
-    step: f64,
+    /// What the joints' softness is made for: the sub-step [s], and what acts beside.
+    made_for: Option<(f64, Beside)>,
+    softness: Vec<Softness>,
+    /// Which cables' ends move by their mean velocities, and how.
+    by_mean: Vec<bool>,
+    mean_motion: MeanMotion,
     /// Stretch [m] and its rate [m/s] of each cable that acts, before the world moves.
     begun: Vec<[f64; 2]>,
     /// What dashpots took since [`CableJoints::begin`] [J].
@@ -75,15 +83,19 @@ impl CableJoints {
 
     /// Ties the cables of `net` in `world`, for steps of `step` seconds, with `passes` over the snaps of each, at most.
     pub fn install(net: &Net, passes: u32, step: f64, world: &mut World) -> CableJoints {
-        for cable in net.cables.iter() {
-            world.tie([cable.a, cable.b], cable.rest_length, softness(cable, 0.0, 0.0));
+        let softness: Vec<Softness> = net.cables.iter().map(|cable| softness(cable, 0.0, 0.0)).collect();
+        for (cable, softness) in net.cables.iter().zip(&softness) {
+            world.tie([cable.a, cable.b], cable.rest_length, *softness);
         }
         CableJoints {
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),
             snaps: Snaps::new(net, passes, step),
             acting: vec![true; net.cables.len()],
             touched: vec![false; net.n_knots()],
-            step: 0.0,
+            made_for: None,
+            softness,
+            by_mean: vec![false; net.cables.len()],
+            mean_motion: MeanMotion::default(),
             begun: vec![[0.0; 2]; net.cables.len()],
             by_dashpots: 0.0,
             n_rows: 0,
@@ -101,24 +113,35 @@ impl CableJoints {
     /// Before the world moves for `step` seconds: snaps change velocities, and cables that cannot act
     /// are put to rest. `beside`: what acts at the net beside the engine.
     pub fn prepare(&mut self, state: &mut State, step: f64, beside: Beside, world: &mut World) {
-        self.snaps.solve(&mut state.knots, step, &mut self.touched);
+        self.suit(step, beside, world);
+        self.snaps.solve(&mut state.knots, step, &self.by_mean, &mut self.touched);
         for (knot, touched) in self.touched.iter_mut().enumerate() {
             if std::mem::take(touched) {
                 world.set_velocity(knot, &state.knots.velocity[knot]);
             }
         }
-        if step != self.step && beside != Beside::Contacts {
-            let least = if beside == Beside::Constraints { 0.0 } else { -0.25 };
-            let before = std::mem::replace(&mut self.step, step);
-            for (index, cable) in self.cables.iter().enumerate() {
-                // Told of a joint, the engine lays out all of them anew.
-                let softness_now = softness(cable, step, least);
-                if softness_now != softness(cable, before, least) {
-                    world.set_softness(index, softness_now);
-                }
+        self.rest(state, step, world);
+    }
+
+    /// Makes the joints as soft as steps of `step` seconds ask for, and what acts `beside`.
+    fn suit(&mut self, step: f64, beside: Beside, world: &mut World) {
+        if self.made_for.replace((step, beside)) == Some((step, beside)) {
+            return;
+        }
+        for (index, cable) in self.cables.iter().enumerate() {
+            self.by_mean[index] = beside == Beside::Nothing && MeanMotion::resolves(cable, step);
+            let softness = match beside {
+                _ if self.by_mean[index] => MeanMotion::softness(cable, step),
+                Beside::Nothing | Beside::Target => softness(cable, step, -0.25),
+                Beside::Constraints => softness(cable, step, 0.0),
+                Beside::Contacts => softness(cable, 0.0, 0.0),
+            };
+            // Told of a joint, the engine lays out all of them anew.
+            if softness != self.softness[index] {
+                self.softness[index] = softness;
+                world.set_softness(index, softness);
             }
         }
-        self.rest(state, step, world);
     }
 
     /// Snaps since the start.
@@ -147,14 +170,21 @@ impl CableJoints {
 
     /// Before the world moves: where cables are.
     pub fn mark(&mut self, knots: &Knots) {
-        for ((cable, acts), begun) in self.cables.iter().zip(&self.acting).zip(&mut self.begun) {
-            if *acts {
-                *begun = stretch(cable, knots);
+        self.mean_motion.begin();
+        for (index, cable) in self.cables.iter().enumerate().filter(|(index, _)| self.acting[*index]) {
+            self.begun[index] = stretch(cable, knots);
+            if self.by_mean[index] {
+                self.mean_motion.add(index, cable, knots);
             }
         }
     }
 
-    /// After the world moved for `step` seconds: books what the dashpots took on the way.
+    /// After the world moved for `step` seconds: moves ends by their mean velocities, where they are to.
+    pub fn correct(&mut self, knots: &mut Knots, step: f64, world: &mut World) {
+        self.mean_motion.correct(&self.cables, &self.inverse_mass, knots, step, world);
+    }
+
+    /// And then: books what the dashpots took on the way.
     pub fn book(&mut self, knots: &Knots, step: f64) {
         for ((cable, acts), begun) in self.cables.iter().zip(&self.acting).zip(&self.begun) {
             if *acts {

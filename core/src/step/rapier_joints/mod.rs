@@ -2,6 +2,7 @@
 
 mod books;
 pub mod cables;
+mod mean_motion;
 mod own_contact;
 mod snaps;
 mod ties;
@@ -104,7 +105,8 @@ pub struct RapierJoints {
     near: Option<NearTarget>,
     /// Into how many parts a step is cut.
     substep: AdaptiveSubstep,
-    /// Whether net and target have come within reach of each other.
+    /// Whether net and target are out of reach of each other, and whether they ever were within.
+    flies: bool,
     has_met: bool,
     /// Parts at most where contacts of effects act.
     most_with_contacts: u32,
@@ -169,6 +171,7 @@ impl RapierJoints {
                 most_for_rows,
                 solver.loss_tolerance.0,
             ),
+            flies: false,
             has_met: false,
             most_with_contacts: most_parts(context, 1.0),
             shared: SharedContacts::new(context),
@@ -212,7 +215,8 @@ impl RapierJoints {
     ) -> Result<u32, Failure> {
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
-        if !self.has_met && !self.world.apart(state) {
+        self.flies = self.world.apart(state);
+        if !self.flies && !self.has_met {
             self.has_met = true;
             self.substep.meet();
         }
@@ -361,12 +365,14 @@ impl RapierJoints {
         with.touch() || self.contacts.is_by_impulse()
     }
 
-    /// What acts at the net beside the engine.
+    /// What acts at the net beside its cables.
     fn beside(&self, with: &Interactions) -> Beside {
-        match self.answers(with) {
-            true => Beside::Contacts,
-            false if with.constrain() => Beside::Constraints,
-            false => Beside::Nothing,
+        match with.constrain() {
+            _ if with.touch() => Beside::Contacts,
+            false if self.flies => Beside::Nothing,
+            _ if self.contacts.is_by_impulse() => Beside::Contacts,
+            true => Beside::Constraints,
+            false => Beside::Target,
         }
     }
 
@@ -382,6 +388,7 @@ impl RapierJoints {
             let target = state.target().copied().filter(|_| self.contacts.is_own());
             self.cables.mark(&state.knots);
             self.world.advance(state, step, self.iterations.now());
+            self.cables.correct(&mut state.knots, step, &mut self.world);
             if let Some(mut body) = target {
                 // To the engine it touches nothing, and is turned to first order in the step.
                 state.body_models[TARGET].drift(&mut body, step);
