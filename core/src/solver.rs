@@ -31,8 +31,8 @@ pub struct Solver {
     #[schemars(range(max = 1000))]
     pub snap_passes: u32,
     /// `joints`: what the engine's implicit rows may take beyond the cables' own law, over the largest energy of the net so far [-]: steps in which
-    /// they would take more are cut, as far as that helps. Until net and target meet 0.008, or a twentieth of it if that is more. Once they have met not
-    /// where contacts of effects, or of knots by impulses, act.
+    /// they would take more are cut, as far as that helps. Until net and target meet 0.008, or a twentieth of it if that is more. Not in
+    /// steps in which contacts of effects, or of knots by impulses, act.
     pub loss_tolerance: Positive,
     /// `joints`: how the net flies while its box and the target's are apart.
     pub flight: Flight,

@@ -119,13 +119,19 @@ impl MassSpring {
     }
 
     fn new(context: &BuildContext<'_>, time_step: TimeStep) -> MassSpring {
-        let BuildContext { net, solver, .. } = *context;
+        let BuildContext { net, solver, options, .. } = *context;
         let substep = time_step.step / f64::from(time_step.substeps);
         let explicit = ExplicitNet::new(net, solver.integrator, solver.tolerance_m.0);
         MassSpring {
             lagged: explicit.lags(),
             net: explicit,
-            parts_in_contact: parts_in_contact(solver.integrator, net, solver.restitution, substep),
+            parts_in_contact: parts_in_contact(
+                solver.integrator,
+                net,
+                solver.restitution,
+                options.strands_touch,
+                substep,
+            ),
             contacts: ContactManager::Absent,
             shared: SharedContacts::default(),
             inverse_mass: net.mass.iter().map(|mass| 1.0 / mass).collect(),

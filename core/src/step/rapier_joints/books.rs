@@ -13,6 +13,8 @@ pub struct StepBooks {
     pulled: Vec<Vector3<f64>>,
     /// Velocities at the start of that part, where constraints act [m/s].
     part_start: Vec<Vector3<f64>>,
+    /// Whether contacts of effects gave any.
+    pub gave: bool,
     /// Work of contacts of effects on the target [J].
     given_to_target: f64,
     /// Work of its surface on knots in them, as if these were part of it [J].
@@ -32,6 +34,7 @@ impl StepBooks {
     pub fn begin(&mut self) {
         (self.work_of_effects, self.given_to_target, self.given_by_surface) = (0.0, 0.0, 0.0);
         self.given.fill(Vector3::zeros());
+        self.gave = false;
     }
 
     /// A part of it begins with `velocity` of the knots, and constraints.
@@ -52,6 +55,7 @@ impl StepBooks {
             self.given_by_surface += impulse.dot(&body.velocity_at(*position));
         }
         self.given[knot] += impulse;
+        self.gave = true;
     }
 
     /// Contacts of effects did `work` on the target.

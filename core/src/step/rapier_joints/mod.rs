@@ -274,7 +274,7 @@ impl RapierJoints {
             true => self.books.rise(now - energy, &self.starts[0], state),
             false => f64::NEG_INFINITY,
         };
-        let taken_by_rows = match self.answers(with) && (self.has_met || with.touch()) {
+        let taken_by_rows = match self.books.gave {
             // What contacts took at the kick and rows gave back would count as taken by rows.
             true => 0.0,
             false => -by_cables - self.cables.taken_by_law(),
