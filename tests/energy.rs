@@ -637,7 +637,7 @@ fn rows_take_no_more_in_flight_than_they_may() {
     }
 }
 
-/// Over the launch energy, at the own step: meshes, damping ratio and launch speed [m/s]. Measured: at most 9.2e-3 (created 5.7e-4), and nothing
+/// Over the launch energy, at the own step: meshes, damping ratio and launch speed [m/s]. Measured: at most 9.2e-3 (created 3e-4), and nothing
 /// where cables only snap.
 #[test]
 fn implicit_rows_take_little_of_a_net_in_flight() {

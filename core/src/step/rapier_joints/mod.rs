@@ -105,8 +105,9 @@ pub struct RapierJoints {
     near: Option<NearTarget>,
     /// Into how many parts a step is cut.
     substep: AdaptiveSubstep,
-    /// Whether net and target are out of reach of each other, and whether they ever were within.
-    flies: bool,
+    /// Whether net and target are out of reach of each other.
+    is_apart: bool,
+    /// Whether they have ever come within it.
     has_met: bool,
     /// Parts at most where contacts of effects act.
     most_with_contacts: u32,
@@ -171,7 +172,7 @@ impl RapierJoints {
                 most_for_rows,
                 solver.loss_tolerance.0,
             ),
-            flies: false,
+            is_apart: false,
             has_met: false,
             most_with_contacts: most_parts(context, 1.0),
             shared: SharedContacts::new(context),
@@ -215,8 +216,8 @@ impl RapierJoints {
     ) -> Result<u32, Failure> {
         let energy = self.cables.energy(&state.knots);
         self.substep.start(energy);
-        self.flies = self.world.apart(state);
-        if !self.flies && !self.has_met {
+        self.is_apart = self.world.apart(state);
+        if !self.is_apart && !self.has_met {
             self.has_met = true;
             self.substep.meet();
         }
@@ -368,9 +369,8 @@ impl RapierJoints {
     /// What acts at the net beside its cables.
     fn beside(&self, with: &Interactions) -> Beside {
         match with.constrain() {
-            _ if with.touch() => Beside::Contacts,
-            false if self.flies => Beside::Nothing,
-            _ if self.contacts.is_by_impulse() => Beside::Contacts,
+            false if self.is_apart && !with.touch() => Beside::Nothing,
+            _ if self.answers(with) => Beside::Contacts,
             true => Beside::Constraints,
             false => Beside::Target,
         }

@@ -40,7 +40,7 @@ use crate::state::{Knots, State};
 /// Steps in a half cycle from which the implicit row resolves it. It damps like a ratio of ω h / 2, half of
 /// Table 3.2's 0.1 at 30 steps. On that net's bullets, with snaps only where the half cycle is shorter
 /// than one step, 0.2 ms and 0.05 ms erred by 6 mm at 0.5 s, 0.5 ms by 0.9 mm.
-pub const RESOLVED: f64 = 30.0;
+const RESOLVED: f64 = 30.0;
 
 /// The same where ends move by their mean velocities: the row then takes nothing by itself, but where it would push it lets go, as Eq. 3.3 does, and
 /// the half cycle of a snap goes on. Bullets of 1 kg on one mesh rebound within 19 steps of 0.5 ms.
