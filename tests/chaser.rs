@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use crate::common::{below, case_of, changed, run, scene, small_scene, within};
+use crate::common::{below, case_of, changed, run, scene, small_scene, unbooked, within};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
@@ -96,10 +96,9 @@ fn momentum_is_kept_through_a_tether_to_the_chaser() {
         let free = case.scene().effects.chaser.unwrap().recoiled(case.net()).velocity;
         let pulled = 50.0 * (last(&run).velocity - free).norm();
         assert!(pulled > 0.1 * scale, "{pulled} of {scale}");
-        let residual = frames.ledger.iter().map(|l| l.residual().abs()).fold(0.0, f64::max);
         // Of the engine's contacts: 1e-4 without the chaser too.
         let bound = if solver.is_empty() { 5e-4 } else { 1e-9 };
-        below("energy residual", residual / case.net().launch_energy(), bound);
+        below("unbooked", unbooked(&case, &run), bound);
     }
 }
 

@@ -46,8 +46,8 @@ fn opens(n: u32, speed: f64) -> f64 {
     1.2 * f64::from(n.max(2)) / speed
 }
 
-/// With the integrator that the damping chooses. Measured: created at most 6.1e-4, in no row of the ledger at most
-/// 2.7e-4, momenta to rounding.
+/// With the integrator that the damping chooses. Measured: created at most 6.1e-4, made or destroyed beside the law at most
+/// 2.7e-4 with the secant force and 3e-3 by semi-implicit Euler, momenta to rounding.
 #[test]
 fn explicit_cables_make_no_energy_whatever_their_damping() {
     for (n, damping, speed) in NETS {
@@ -580,9 +580,80 @@ fn undamped_explicit_cables_take_nothing_whatever_they_meet() {
             &[&["solver.cables=explicit", "net.cable.damping_ratio=0", "duration_s=2"], changes].concat(),
         );
         let (cables, solver) = taken(&case, &common::run(&case));
-        println!("{changes:?}: {cables:.1e}");
-        below(&format!("{changes:?}"), cables.abs(), 5e-3);
-        assert_eq!(solver, None, "explicit cables are no rows");
+        let method = solver.expect("it has met something");
+        println!("{changes:?}: {cables:.1e}, beside the law {method:.1e}");
+        below(&format!("{changes:?}: by law"), cables.abs(), 1e-12);
+        below(&format!("{changes:?}"), (cables + method).abs(), 5e-3);
+    }
+}
+
+/// What cables take is found by their law, so what a method makes or destroys in a flight is in no row, and cannot hide among it. Measured of
+/// the launch energy: symplectic 0.31 (made 0.32) undamped and 2e-3 at 0.1; rk4 0.26 undamped, which creates nothing; located 9e-6.
+#[test]
+fn what_a_method_makes_or_destroys_in_flight_is_told() {
+    let flown = |integrator: &str, damping: &str| {
+        let damping = format!("net.cable.damping_ratio={damping}");
+        let integrator = format!("solver.integrator={integrator}");
+        let changes =
+            ["solver.cables=explicit", "solver.contact=impulse", "duration_s=1", &integrator, &damping];
+        let found = kept(&common::scene("deployment-kevlar", &changes));
+        println!(
+            "{integrator}, {damping}: {:.1e}, created {:.1e}",
+            found.energy_residual, found.energy_created
+        );
+        found
+    };
+    let makes = flown("symplectic", "0");
+    assert!(makes.energy_created > 0.1 && makes.energy_residual > 0.9 * makes.energy_created, "{makes:?}");
+    let destroys = flown("rk4", "0");
+    assert!(destroys.energy_residual > 0.1 && destroys.energy_created < 0.01, "{destroys:?}");
+    for (integrator, damping, most) in [
+        ("symplectic", "0.1", 1e-2),
+        ("rk4", "0.1", 3e-3),
+        ("located", "0", 1e-4),
+        ("located", "0.1", 1e-5),
+        ("located", "1", 1e-6),
+    ] {
+        below(&format!("{integrator} at {damping}"), flown(integrator, damping).energy_residual, most);
+    }
+}
+
+/// The same once something is met: what is missing beside the cables' law, contacts and effects is the method's. What forces on knots and cables gave was weighed
+/// before strands had acted on them, and of the launch energy 0.05 to 0.62 was in the wrong rows. Measured: at most 5.1e-3.
+#[test]
+fn explicit_methods_take_little_beside_the_law_whatever_they_meet() {
+    let meets: [(&str, &[&str]); 8] = [
+        ("cubesat-free", &["solver.contact=impulse"]),
+        ("cubesat-free", &["solver.contact=penalty"]),
+        ("cubesat-free", &["solver.contact=penalty", "effects.self_contact={}"]),
+        ("cubesat-free", &["solver.contact=impulse", "solver.restitution=0.8"]),
+        (
+            "cubesat-free",
+            &["solver.contact=impulse", "effects.cable_contact={}", "effects.friction={\"coefficient\":0.5}"],
+        ),
+        (
+            "cubesat-spin-x-2.0-tube",
+            &["solver.contact=penalty", "effects.self_contact={}", "effects.friction={\"coefficient\":0.5}"],
+        ),
+        ("cubesat-spin-x-2.0-tube", &["solver.contact=impulse"]),
+        (
+            "cubesat-free",
+            &[
+                "solver.contact=penalty",
+                "effects.self_contact={}",
+                "effects.cable_contact={}",
+                "effects.friction={\"coefficient\":0.5}",
+            ],
+        ),
+    ];
+    for (name, changes) in meets {
+        let case = common::scene(name, &[&["solver.cables=explicit", "duration_s=2"], changes].concat());
+        let run = common::run(&case);
+        let (cables, method) = taken(&case, &run);
+        let method = method.expect("it has met something");
+        println!("{name}, {changes:?}: by law {cables:.3}, beside it {method:.4}");
+        assert!(cables > 0.1, "{name}, {changes:?}: cables took {cables}");
+        below(&format!("{name}, {changes:?}"), method.abs(), 0.05);
     }
 }
 

@@ -344,8 +344,11 @@ fn cables_rebound_as_a_damped_half_cycle() {
         let kept = |simulation: &Simulation| simulation.audit.angular_momentum(&simulation.state);
         below("angular momentum", (kept(&simulation) - kept(&start)).norm(), 1e-9);
         let lost = 0.5 * reduced * (9.0 - parting * parting);
-        below(model.0, (simulation.audit.ledger.cables - lost).abs() / lost, 1e-6);
-        assert!(simulation.audit.ledger.own() <= simulation.audit.ledger.start * (1.0 + 1e-9));
+        let ledger = &simulation.audit.ledger;
+        below(model.0, (ledger.cables + ledger.beside_law - lost).abs() / lost, 1e-6);
+        // Of what an explicit one takes the law says nearly all: measured 3.6e-4 and less.
+        below(&format!("{} beside the law", model.0), ledger.beside_law.abs() / lost, 4e-3);
+        assert!(ledger.own() <= ledger.start * (1.0 + 1e-9));
     }
 }
 

@@ -8,11 +8,12 @@
 //! Within a step the momentum of a knot changes by the impulses of its contacts, of effects and of
 //! its cables, and its kinetic energy by Δp · (v⁻ + v⁺) / 2, exactly. Contact impulses are read
 //! from the engine and forces of effects are known, so what is left of Δp is the cables'. "Taken by
-//! cables" is what they take by their own law where the method knows: an explicit net in flight says what
-//! its dashpots took (∫ c ṙ² dt while taut). Elsewhere it is the work against them less what they hold as
-//! elastic energy. Where cables are joints, that is told apart: snaps (1 - e²) and dashpots took so much by the law of
+//! cables" is what they take by their own law (∫ c ṙ² dt while taut), over the path that the method took. In flight, what else is missing is
+//! in no row. Once contacts or threads have acted "taken by solver" is what the method took beyond the law, and below zero what it
+//! made. Where cables are joints that is so in flight too: snaps (1 - e²) and dashpots took so much by the law of
 //! Eq. 3.3, at most, and "taken by solver" is what the engine's implicit rows took beyond it, at least. Within a part of a step
 //! that is long before a cable's own period, a dashpot's share is known only roughly, and no more is the law's than is missing.
+//! Classical RK4 and located flights do not know the law's share once contacts act: then all that is missing is the cables'.
 //!
 //! Where a method's velocities are those of some time before its positions (half a sub-step with semi-implicit Euler), what
 //! cables hold is measured for that time too: with positions of the end the sum wobbles by h T ṙ / 2.
@@ -22,7 +23,7 @@
 //!
 //! The residual is then what a net in flight made or destroyed against its law; after that, what contact
 //! impulses on the target and the target's own motion do not agree on: an impulse misread, a turning body
-//! integrated badly, a work term forgotten. What cables make then, "created" shows.
+//! integrated badly, a work term forgotten.
 //!
 //! "Created" is the largest rise of all energy above any earlier minimum, looked at after every step, less
 //! what came in from outside. Nothing but an error of the method makes it. What an effect may hold beyond what it
@@ -54,8 +55,11 @@ pub struct Ledger {
     pub stored: f64,
     /// Taken by cables since the start.
     pub cables: f64,
-    /// Taken since the start by rows that are solved implicitly, beyond what cables take by their law; none without such rows.
+    /// Taken since the start by the method beyond what cables take by their law, among contacts or by rows that are solved implicitly; none
+    /// without either.
     pub solver: Option<f64>,
+    /// What a method took in flight beside the law of its cables, or made where it is below zero: in no row, the largest part of the residual.
+    pub beside_law: f64,
     /// Taken by contact, normal to the surface, since the start.
     pub contact: f64,
     /// Work done by whatever keeps a `spinning` target turning.
@@ -116,9 +120,14 @@ impl Ledger {
         self.put_in + self.most_by_fields
     }
 
-    /// Energy that is nowhere in the ledger [J]; negative when too much was found.
+    /// Energy that is in no row of the ledger [J]; negative when too much was found.
     pub fn residual(&self) -> f64 {
         self.start - self.own() - self.cables - self.solver.unwrap_or(0.0) - self.contact
+    }
+
+    /// What of that is not the method's own: the books do not close by it [J].
+    pub fn unbooked(&self) -> f64 {
+        self.residual() - self.beside_law
     }
 }
 
@@ -239,7 +248,14 @@ impl EnergyAudit {
         let ledger = &mut self.ledger;
         match known {
             CableLoss::Missing => ledger.cables += missing,
-            CableLoss::ByLaw(taken) => ledger.cables += taken,
+            CableLoss::ByLaw(taken) => {
+                ledger.cables += taken;
+                ledger.beside_law += missing - taken;
+            }
+            CableLoss::BesideContact(taken) => {
+                ledger.cables += taken;
+                ledger.solver = Some(ledger.solver.unwrap_or(0.0) + missing - taken);
+            }
             CableLoss::WithRows(taken) => {
                 self.beyond_law += missing - taken;
                 let by_solver = self.beyond_law.max(0.0);

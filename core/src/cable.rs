@@ -15,6 +15,8 @@
 //! as dashpots in a row have: Eq. 3.4 with the pieces' own masses and stiffness would take the less of a
 //! snap the more finely a line is cut.
 
+use std::hint::select_unpredictable;
+
 /// A cable between two knots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cable {
@@ -62,6 +64,15 @@ pub fn taut_force(stiffness: f64, damping: f64, stretch: f64, change: f64, per_t
 #[inline(always)]
 pub fn stored_between(stiffness: f64, from: f64, to: f64) -> f64 {
     0.5 * stiffness * (to - from) * (to + from)
+}
+
+/// Work against the law while a cable goes from one stretch to another, neither below zero, and its length changes by `change` [m] in a
+/// time of one over `per_time` [1/s], in joules: what it stores and what its dashpot takes, but no less than nothing of a cable that grows
+/// and no more of one that shrinks, for it does not push (Eq. 3.3).
+#[inline(always)]
+pub fn work_by_law(stiffness: f64, damping: f64, [from, to]: [f64; 2], change: f64, per_time: f64) -> f64 {
+    let asked = stored_between(stiffness, from, to) + damping * (to - from) * change * per_time;
+    select_unpredictable(to > from, asked.max(0.0), asked.min(0.0))
 }
 
 impl Cable {

@@ -131,7 +131,7 @@ pub trait ContactLaw: Send {
     fn rollback(&mut self) {}
 
     /// Adds the contacts it answered within the step from `before` to `after`.
-    fn report(&self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
+    fn report(&mut self, _before: &Knots, _after: &Knots, _contacts: &mut Vec<Contact>) {}
 
     /// Colliders it has the engine detect with, times it did, since the start.
     fn detection(&self) -> (usize, u64) {

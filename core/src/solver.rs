@@ -139,6 +139,11 @@ pub enum CableModel {
 }
 
 impl CableModel {
+    /// Whether cables are rows that the engine solves implicitly.
+    pub fn is_of_rows(self) -> bool {
+        self == CableModel::Joints
+    }
+
     /// What contact of whole cables costs beside that of knots, in words.
     pub fn cable_contact_price(self) -> &'static str {
         // Free Cubesat and satellite with panels: 1.3 and 2.0, 2.3 and 2.4 (docs/speed.md); elements as it was with all cables looked at at once.
@@ -176,8 +181,9 @@ pub enum Flight {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// `secant` where `symplectic` at its own step would make energy: damping ratios below 0.1, a cable whose own
-    /// frequency is high among those of the net, or bullets that are light before the net. `symplectic` elsewhere.
+    /// `secant` where `symplectic` at its own step would make energy, or take more than the cables' law: damping ratios below 0.1 and above 0.15 of two
+    /// knots (Eq. 3.4 gives them 1 to 1.41 times that of the scene), a cable whose own frequency is high among those of the net, or bullets that are
+    /// light before the net. `symplectic` elsewhere.
     Auto,
     /// A force that is the difference of stored energy over the step, with books for every cable: keeps energy.
     Secant,

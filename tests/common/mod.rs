@@ -94,6 +94,12 @@ pub fn run(case: &Case) -> Run {
     Run::of(case, |_| {}).unwrap_or_else(|failure| panic!("{}: {failure}", case.name()))
 }
 
+/// Largest energy that the books do not close by, whatever the method made or destroyed, over the launch energy [-].
+pub fn unbooked(case: &Case, run: &Run) -> f64 {
+    let unbooked = run.frames.ledger.iter().map(|ledger| ledger.unbooked().abs());
+    unbooked.fold(0.0, f64::max) / case.net().launch_energy()
+}
+
 /// The summary of a run of `case`.
 pub fn summary(case: &Case) -> Summary {
     let run = run(case);

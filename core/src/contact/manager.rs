@@ -235,7 +235,7 @@ impl ContactManager {
     /// At the end of a step that began at `before`: writes the contacts within it, and after them those of
     /// `others`, which are given knots before and after.
     pub fn report(
-        &self,
+        &mut self,
         before: &Knots,
         state: &mut State,
         others: impl FnOnce(&Knots, &Knots, &mut Vec<Contact>),

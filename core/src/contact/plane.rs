@@ -275,13 +275,7 @@ impl ContactPlane {
     /// Adds the impulses of its `row`, of a body that was at `centre` and whose mean motion was `surface`, on a net whose mean velocity there
     /// was that of `net`, where it is known by now [m/s].
     #[inline]
-    pub fn add(
-        &mut self,
-        row: &ContactRow,
-        centre: &Vector3<f64>,
-        surface: &SurfaceMotion,
-        net: Option<Vector3<f64>>,
-    ) {
+    pub fn add(&mut self, row: &ContactRow, centre: &Vector3<f64>, surface: &SurfaceMotion) {
         let arm = row.arm.unwrap_or_default();
         let (point, record) = (centre + arm, &mut self.record);
         self.has_turned |= record.impulse > 0.0 && record.normal != row.normal;
@@ -293,7 +287,12 @@ impl ContactPlane {
             record.point += (row.impulse / record.impulse) * (point - record.point);
         }
         record.friction += row.friction;
-        self.work.add(&(row.impulse * row.normal), &row.friction, &surface.at(&arm), net);
+        self.work.add(&(row.impulse * row.normal), &row.friction, &surface.at(&arm));
+    }
+
+    /// Weighs what `row` gave by the mean velocity of the net over the sub-step [m/s].
+    pub fn weigh(&mut self, row: &ContactRow, mean: &Vector3<f64>) {
+        self.work.weigh(&(row.impulse * row.normal), &row.friction, mean);
     }
 
     /// The contact within the step from `before` to `after`, if there was a sub-step in which it was looked at.

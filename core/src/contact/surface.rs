@@ -61,6 +61,8 @@ pub struct SurfaceContacts {
     /// Rows of the sub-step, and their planes; kept for their memory.
     rows: Vec<ContactRow>,
     planes_of: Vec<usize>,
+    /// What forces gave in the last sub-step, in which others act after them: rows of effects, which answer what forces did.
+    unsettled: Vec<Unsettled>,
     /// Length of the last (sub-)step [s].
     step: f64,
     /// By what share of it velocities at the end of a step are behind positions [-].
@@ -71,6 +73,14 @@ pub struct SurfaceContacts {
     was_again: bool,
     /// Times the engine looked for contacts.
     pub n_detections: u64,
+}
+
+/// What a force gave in a sub-step whose end it does not know yet.
+struct Unsettled {
+    row: ContactRow,
+    plane: usize,
+    /// Velocity of the net there at its start [m/s].
+    start: Vector3<f64>,
 }
 
 impl Feature {
@@ -123,6 +133,7 @@ impl SurfaceContacts {
             awake: Vec::new(),
             rows: Vec::new(),
             planes_of: Vec::new(),
+            unsettled: Vec::new(),
             step: f64::MIN_POSITIVE,
             lag: 0.5,
             again: false,
@@ -176,6 +187,7 @@ impl SurfaceContacts {
 
     /// Forgets what was answered within the step, which is done again.
     pub fn forget(&mut self) {
+        self.unsettled.clear();
         for &plane in &self.awake {
             self.planes[plane].begin_step();
         }
@@ -239,6 +251,7 @@ impl SurfaceContacts {
     /// Solves the contacts of a (sub-)step of `step` seconds: changes velocities of `net` and `body`, and marks
     /// the knots.
     pub fn solve(&mut self, net: &mut impl NetMotion, body: &mut Body, step: f64) {
+        self.settle(|knot| net.velocity_before(knot));
         self.prepare(net, body, step);
         if !self.rows.is_empty() {
             let mut rows = std::mem::take(&mut self.rows);
@@ -294,8 +307,8 @@ impl SurfaceContacts {
         // Where the engine moves the cables after this, velocities are not yet those of the end.
         let acts_last = !self.rules.parting.in_turn;
         let (is_force, surface) = (self.is_force(), SurfaceMotion::between(before, after));
-        for (row, &plane) in rows.iter().zip(&self.planes_of) {
-            let plane = &mut self.planes[plane];
+        for (row, &index) in rows.iter().zip(&self.planes_of) {
+            let plane = &mut self.planes[index];
             plane.impulse = plane.given + row.impulse;
             if row.impulse == 0.0 && row.friction == Vector3::zeros() {
                 continue;
@@ -303,12 +316,27 @@ impl SurfaceContacts {
             for &(knot, _) in row.weights.all() {
                 net.mark(knot);
             }
-            let mean = |knot| 0.5 * (net.velocity_before(knot) + net.velocity(knot));
-            let of_net = acts_last.then(|| row.weights.sum(mean));
-            plane.add(row, &before.position, &surface, of_net);
+            plane.add(row, &before.position, &surface);
             if is_force {
                 plane.record.force = plane.record.force.max(row.impulse / step);
             }
+            if !acts_last {
+                continue;
+            }
+            let mean = |knot| 0.5 * (net.velocity_before(knot) + net.velocity(knot));
+            if is_force {
+                let start = row.weights.sum(|knot| net.velocity_before(knot));
+                self.unsettled.push(Unsettled { row: *row, plane: index, start });
+            } else {
+                plane.weigh(row, &row.weights.sum(mean));
+            }
+        }
+    }
+
+    /// Books the work of forces of the last sub-step, which ended with these velocities of knots [m/s].
+    fn settle(&mut self, velocity: impl Fn(usize) -> Vector3<f64>) {
+        for Unsettled { row, plane, start } in self.unsettled.drain(..) {
+            self.planes[plane].weigh(&row, &(0.5 * (start + row.weights.sum(&velocity))));
         }
     }
 
@@ -359,7 +387,14 @@ impl SurfaceContacts {
 
     /// Adds the contacts within the step from `before` to `after` to `contacts`; what forces on knots hold then, with
     /// `body` as it is after the step.
-    pub fn report(&self, before: &Knots, after: &Knots, body: Option<&Body>, contacts: &mut Vec<Contact>) {
+    pub fn report(
+        &mut self,
+        before: &Knots,
+        after: &Knots,
+        body: Option<&Body>,
+        contacts: &mut Vec<Contact>,
+    ) {
+        self.settle(|knot| after.velocity[knot]);
         let force = match &self.solver.normal {
             NormalSolver::Penalty { force, of_cables: false, .. } => Some(force),
             _ => None,

@@ -25,24 +25,19 @@ pub struct ContactWork {
 }
 
 impl ContactWork {
-    /// Adds impulses on the net along and across the normal, while the surface has the mean velocity
-    /// `surface`, and the net that of `net`, where that is known by now [m/s].
-    pub fn add(
-        &mut self,
-        along: &Vector3<f64>,
-        across: &Vector3<f64>,
-        surface: &Vector3<f64>,
-        net: Option<Vector3<f64>>,
-    ) {
+    /// Adds impulses on the net along and across the normal, while the surface has the mean velocity `surface` [m/s].
+    pub fn add(&mut self, along: &Vector3<f64>, across: &Vector3<f64>, surface: &Vector3<f64>) {
         self.along += along;
         self.across += across;
         self.from_surface[0] += along.dot(surface);
         self.from_surface[1] += across.dot(surface);
-        if let Some(net) = net {
-            let on_net = self.on_net.get_or_insert_default();
-            on_net[0] += along.dot(&net);
-            on_net[1] += across.dot(&net);
-        }
+    }
+
+    /// Adds the work of such impulses on the net, which has the mean velocity `net` over the sub-step [m/s].
+    pub fn weigh(&mut self, along: &Vector3<f64>, across: &Vector3<f64>, net: &Vector3<f64>) {
+        let on_net = self.on_net.get_or_insert_default();
+        on_net[0] += along.dot(net);
+        on_net[1] += across.dot(net);
     }
 
     /// Direction and length of the impulses along the normals together [-, N s]; none of what is too small to be squared, as an
@@ -74,7 +69,7 @@ mod tests {
     fn impulses_have_a_mean_direction_where_their_squares_are_numbers() {
         let of = |size: f64| {
             let mut work = ContactWork::default();
-            work.add(&vector![0.6 * size, 0.0, 0.8 * size], &Vector3::zeros(), &Vector3::zeros(), None);
+            work.add(&vector![0.6 * size, 0.0, 0.8 * size], &Vector3::zeros(), &Vector3::zeros());
             work.mean_normal()
         };
         for size in [1e-150, 1e-9, 1.0] {

@@ -107,8 +107,8 @@ impl ContactLaw for TouchingCables {
         self.contacts.iter_mut().for_each(SurfaceContacts::forget);
     }
 
-    fn report(&self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
-        if let Some(own) = &self.contacts {
+    fn report(&mut self, before: &Knots, after: &Knots, contacts: &mut Vec<Contact>) {
+        if let Some(own) = &mut self.contacts {
             own.report(before, after, None, contacts);
         }
     }

@@ -17,10 +17,11 @@ pub struct Conservation {
     /// The same of the angular momentum about the origin, over what the target had at the start plus
     /// launch momentum times the distance to the target (or the net's half diagonal) [-].
     pub angular_momentum_residual: f64,
-    /// Energy that the method made or destroyed: in no row of the ledger, over the launch energy [-].
+    /// Energy in no row of the ledger: in flight what the method made or destroyed against the cables' own law; over the launch energy [-].
     pub energy_residual: f64,
-    /// What rows of the engine took by being solved implicitly, beyond what cables take by their law, at least; over the launch
-    /// energy [-]. Absent where cables are no rows.
+    /// What the method took beyond what cables take by their law; over the launch energy [-]. Under joints what rows of the engine took by
+    /// being solved implicitly, at least. Under others what is missing once contacts or threads have acted, below zero what is too much;
+    /// absent before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_taken_by_solver: Option<f64>,
     /// Largest rise of all energy above any earlier minimum, looked at after every step, less the work from

@@ -9,7 +9,7 @@
 //! | a cable bore more than its breaking tension | after |
 //! | what an effect has to say against itself | after |
 //! | a bullet left the reach of the scene | after |
-//! | the solver's implicit rows took more energy than the cables, and much of it | after |
+//! | the solver's implicit rows took more energy than the cables, and much of it; another method took or made much beside the cables' law | after |
 //! | the method created energy | after |
 
 use super::capture::Curves;
@@ -50,7 +50,7 @@ pub fn after(case: &Case, run: &Run, curves: &Curves) -> Vec<String> {
     warnings.extend(run.reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned()));
     warnings.extend(out_of_reach(case, run));
     let kept = Conservation::of(case, run);
-    warnings.extend(solver_takes(&kept, run));
+    warnings.extend(solver_takes(case, &kept, run));
     if kept.is_broken() {
         warnings.push(format!(
             "the method created {:.1e} of the launch energy and the work put in, more than {CREATED}: this run is not to be \
@@ -129,10 +129,20 @@ fn cables_inside(case: &Case, curves: &Curves) -> Option<String> {
     })
 }
 
-/// Rows that took more than the cables' law.
-fn solver_takes(kept: &Conservation, run: &Run) -> Option<String> {
+/// Rows that took more than the cables' law, or another method that took or made much beside it.
+fn solver_takes(case: &Case, kept: &Conservation, run: &Run) -> Option<String> {
     let ledger = run.frames.ledger.last()?;
     let (share, taken) = (kept.energy_taken_by_solver?, ledger.solver?);
+    if !case.scene().solver.cables.is_of_rows() {
+        return (share.abs() > TAKEN_BY_SOLVER).then(|| {
+            format!(
+                "among contacts the method {} {:.0} % of the launch energy beside the cables' law, less in shorter steps \
+                 (`--set solver.step_s`)",
+                if share > 0.0 { "took" } else { "made" },
+                100.0 * share.abs()
+            )
+        });
+    }
     (share > TAKEN_BY_SOLVER && taken > ledger.cables).then(|| {
         format!(
             "implicit rows of the solver took {:.0} % of the launch energy and the cables by their law {:.0} %: bullets and knots \

@@ -57,6 +57,8 @@ pub enum CableLoss {
     Missing,
     /// So much by their own law; what else is missing the method made or destroyed.
     ByLaw(f64),
+    /// So much by their own law, among contacts; what else is missing the method took, or made where that is below zero.
+    BesideContact(f64),
     /// So much by their own law; what else is missing rows took that are solved implicitly.
     WithRows(f64),
 }

@@ -235,7 +235,8 @@ impl Stepper for AncfMarch {
         // Kick by kick, what a contact pushes out and cables press back would count as lost: with impulses in the step
         // what cables took is what is left over.
         let dissipated = self.net.take_dissipated();
-        let cable_loss = if any { CableLoss::Missing } else { CableLoss::ByLaw(dissipated) };
+        let cable_loss =
+            if any { CableLoss::BesideContact(dissipated) } else { CableLoss::ByLaw(dissipated) };
         Ok(StepReport { cable_loss, ..StepReport::default() })
     }
 

@@ -85,6 +85,10 @@ pub struct Dopri5 {
     push: Vec<f64>,
     /// Slope of `y` at the seven stages of a step; the first is that at its start.
     slopes: [Vec<f64>; 7],
+    /// What cables take at the same stages [W].
+    powers: [f64; 7],
+    /// Taken by the cables since it was last asked for [J].
+    dissipated: f64,
     trial: Vec<f64>,
     step: f64,
     longest: f64,
@@ -127,6 +131,8 @@ impl Dopri5 {
             y: vec![0.0; 2 * n],
             push: vec![0.0; n],
             slopes: std::array::from_fn(|_| vec![0.0; 2 * n]),
+            powers: [0.0; 7],
+            dissipated: 0.0,
             trial: vec![0.0; 2 * n],
             step: LONGEST * stable,
             longest: LONGEST * stable,
@@ -157,7 +163,8 @@ impl Dopri5 {
         let push = push.iter().flat_map(|v| [v.x, v.y, v.z]);
         self.push.iter_mut().zip(push).for_each(|(own, value)| *own = value);
         self.take_modes();
-        slope(&self.cables, &self.mass, &self.push, &self.modes, &self.y, &mut self.slopes[0]);
+        self.powers[0] =
+            slope(&self.cables, &self.mass, &self.push, &self.modes, &self.y, &mut self.slopes[0]);
     }
 
     /// Position of a knot [m].
@@ -173,6 +180,11 @@ impl Dopri5 {
     /// Largest tension of each cable at the ends of the steps since the last call [N].
     pub fn take_tension(&mut self) -> impl Iterator<Item = f64> {
         self.tension.iter_mut().map(std::mem::take)
+    }
+
+    /// What cables took by their law since the last call [J].
+    pub fn take_dissipated(&mut self) -> f64 {
+        std::mem::take(&mut self.dissipated)
     }
 
     /// Flies on for `span` seconds, or as far as the allowed tries reach.
@@ -203,14 +215,18 @@ impl Dopri5 {
             self.attempt(reached);
         }
         std::mem::swap(&mut self.y, &mut self.trial);
+        let weighed = STAGES[5].iter().zip(&self.powers).map(|(weight, power)| weight * power);
+        self.dissipated += reached * weighed.sum::<f64>();
         self.steps += 1;
         if self.take_modes() {
             self.switches += 1;
-            slope(&self.cables, &self.mass, &self.push, &self.modes, &self.y, &mut self.slopes[0]);
+            self.powers[0] =
+                slope(&self.cables, &self.mass, &self.push, &self.modes, &self.y, &mut self.slopes[0]);
         } else {
             // The last stage is the slope at the new state.
             let [first, .., last] = &mut self.slopes;
             std::mem::swap(first, last);
+            self.powers[0] = self.powers[6];
         }
         reached
     }
@@ -224,7 +240,7 @@ impl Dopri5 {
                     *y += step * weight * slope;
                 }
             }
-            slope(
+            self.powers[stage + 1] = slope(
                 &self.cables,
                 &self.mass,
                 &self.push,
@@ -323,15 +339,21 @@ fn mode_by(cable: &Cable, pull: f64, length: f64) -> Mode {
     }
 }
 
-/// Velocities and accelerations of all knots at `y`, with the cables in their `modes`.
-fn slope(cables: &[Cable], mass: &[f64], push: &[f64], modes: &[Mode], y: &[f64], slope: &mut [f64]) {
+/// Velocities and accelerations of all knots at `y`, with the cables in their `modes`; what cables take by their law [W].
+fn slope(cables: &[Cable], mass: &[f64], push: &[f64], modes: &[Mode], y: &[f64], slope: &mut [f64]) -> f64 {
     let half = y.len() / 2;
     slope[..half].copy_from_slice(&y[half..]);
     let forces = &mut slope[half..];
     forces.fill(0.0);
-    for (cable, _) in cables.iter().zip(modes).filter(|(_, mode)| **mode == Mode::Pulling) {
-        let across = across(y, cable);
-        let (pull, _) = pull(cable, &across, &parting(y, cable));
+    let mut power = 0.0;
+    for (cable, mode) in cables.iter().zip(modes).filter(|(_, mode)| **mode != Mode::Slack) {
+        let (across, parting) = (across(y, cable), parting(y, cable));
+        let length = across.norm();
+        let rate = across.dot(&parting) / length;
+        // Without tension, stretched, it takes what its spring gives.
+        let tension = if *mode == Mode::Pulling { cable.taut_force(length, rate) } else { 0.0 };
+        power += (tension - cable.stiffness * (length - cable.rest_length)) * rate;
+        let pull = tension / length;
         for axis in 0..3 {
             forces[3 * cable.a + axis] += pull * across[axis];
             forces[3 * cable.b + axis] -= pull * across[axis];
@@ -340,6 +362,7 @@ fn slope(cables: &[Cable], mass: &[f64], push: &[f64], modes: &[Mode], y: &[f64]
     for (i, (force, push)) in forces.iter_mut().zip(push).enumerate() {
         *force = *force / mass[i / 3] + push;
     }
+    power
 }
 
 /// A cable within a step: position, velocity and acceleration of one end from the other, at both

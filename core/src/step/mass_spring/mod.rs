@@ -101,6 +101,8 @@ pub struct MassSpring {
     unkicked: Vec<Vector3<f64>>,
     /// Whether velocities are those of the time of the positions, where a field acts: not where a method lets them lag.
     in_time: bool,
+    /// Whether contacts or constraints have acted on the net, and it has not flown away from them since.
+    has_met: bool,
     /// Whether velocities were behind positions before the sub-step, by the integrator.
     lagged: bool,
     substep: f64,
@@ -139,6 +141,7 @@ impl MassSpring {
             touched: vec![false; net.n_knots()],
             unkicked: Vec::new(),
             in_time: false,
+            has_met: false,
             substep,
             n_substeps: time_step.substeps,
             cuts: Cuts::new(context.limits.of(Limit::Cuts)),
@@ -160,6 +163,7 @@ impl MassSpring {
         if !self.net.has_landed() || !self.reached.is_empty() || !self.contacts.is_separated() {
             return;
         }
+        self.has_met = false;
         self.net.fly_again(if self.in_time { 0.0 } else { 0.5 * self.substep });
         self.substep *= f64::from(self.parts_in_contact);
         self.n_substeps /= self.parts_in_contact;
@@ -169,6 +173,17 @@ impl MassSpring {
     fn act_at(&self, state: &mut State, substeps: f64) {
         let positions = (0..state.knots.position.len()).map(|knot| self.net.position(knot));
         state.forces.act_at(positions, substeps / f64::from(self.n_substeps));
+    }
+
+    /// What cables took in the step.
+    fn cable_loss(&mut self) -> CableLoss {
+        let taken = self.net.take_dissipated();
+        match (self.has_met, self.net.drifts()) {
+            (false, _) => CableLoss::ByLaw(taken),
+            (true, true) => CableLoss::BesideContact(taken),
+            // Contacts end no stage: what the law would have taken of the way that these led to is not known.
+            (true, false) => CableLoss::Missing,
+        }
     }
 
     /// The end of a step that `began_in_time`, in which contacts or constraints `acted`, or did not.
@@ -339,7 +354,8 @@ impl Stepper for MassSpring {
         work.substeps += u64::from(self.n_substeps);
         clock.lap(&mut work.stages.contact);
         let velocity_lag = if self.lagged && !self.in_time { 0.5 * self.substep } else { 0.0 };
-        let cable_loss = self.net.take_dissipated().map_or(CableLoss::Missing, CableLoss::ByLaw);
+        self.has_met |= acted;
+        let cable_loss = self.cable_loss();
         Ok(StepReport { cable_loss, velocity_lag, ..StepReport::default() })
     }
 

@@ -32,7 +32,7 @@
 use pulp::{Arch, NullaryFnOnce};
 
 use super::kernel::{CableRun, CableRuns, Components, slices};
-use crate::cable::{Cable, stored_between, taut_force};
+use crate::cable::{Cable, stored_between, taut_force, work_by_law};
 
 /// β: how much of the motion of its ends a cable's debt may take.
 const GENTLE: f64 = 2.0;
@@ -84,6 +84,27 @@ struct Books {
     across: Components,
     length: Vec<f64>,
     debt: Vec<f64>,
+}
+
+impl Books {
+    /// Enters vectors and lengths of the cables of `run`, whose knots are at `position`.
+    #[inline(always)]
+    fn measure(&mut self, run: &CableRun, position: &Components) {
+        let &CableRun { first, length: n, a, b, .. } = run;
+        let ([xa, ya, za], [xb, yb, zb]) = (slices(position, a, n), slices(position, b, n));
+        // In memory of its own first: the loop is one of wide vectors where nothing may overlap.
+        let mut found = [[0.0; CHUNK]; 4];
+        let [dx, dy, dz, length] = &mut found;
+        let (dx, dy, dz, length) = (&mut dx[..n], &mut dy[..n], &mut dz[..n], &mut length[..n]);
+        for i in 0..n {
+            (dx[i], dy[i], dz[i]) = (xb[i] - xa[i], yb[i] - ya[i], zb[i] - za[i]);
+            length[i] = squared([dx[i], dy[i], dz[i]]).sqrt();
+        }
+        for (across, found) in self.across.iter_mut().zip([&*dx, &*dy, &*dz]) {
+            across[first..first + n].copy_from_slice(found);
+        }
+        self.length[first..first + n].copy_from_slice(length);
+    }
 }
 
 impl Secant {
@@ -343,24 +364,16 @@ impl Secant {
         debts: &mut [f64; CHUNK],
         dissipated: &mut [f64; CHUNK],
     ) {
-        let &CableRun { first, length: n, a, b, .. } = run;
+        let &CableRun { first, length: n, .. } = run;
         let cables = first..first + n;
-        let [xa, ya, za] = slices(&self.position, a, n);
-        let [xb, yb, zb] = slices(&self.position, b, n);
-        let [ex, ey, ez] = slices_mut(&mut self.next.across, first, n);
-        let end = &mut self.next.length[cables.clone()];
+        self.next.measure(run, &self.position);
+        let [ex, ey, ez] = slices(&self.next.across, first, n);
+        let end = &self.next.length[cables.clone()];
         let rest_length = &strands.rest_length[cables.clone()];
-        let mut longest = [0.0_f64; CHUNK];
-        let longest = &mut longest[..n];
-        for i in 0..n {
-            (ex[i], ey[i], ez[i]) = (xb[i] - xa[i], yb[i] - ya[i], zb[i] - za[i]);
-            end[i] = (ex[i] * ex[i] + (ey[i] * ey[i] + ez[i] * ez[i])).sqrt();
-            longest[i] = end[i] - rest_length[i];
-        }
         let owed = &mut self.next.debt[cables.clone()];
         let (debt, length) = (&self.now.debt[cables.clone()], &self.now.length[cables.clone()]);
         // Neighbours may have pulled a resting cable taut.
-        if !active && longest.iter().all(|stretch| *stretch <= 0.0) {
+        if !active && end.iter().zip(rest_length).all(|(end, rest)| *end <= *rest) {
             owed.fill(0.0);
             return;
         }
@@ -375,9 +388,7 @@ impl Secant {
             let s0 = (length[i] - rest_length[i]).max(0.0);
             let s1 = (end[i] - rest_length[i]).max(0.0);
             let stored = stored_between(stiffness[i], s0, s1);
-            let asked = stored + damping[i] * (s1 - s0) * change * over_step;
-            // T ≥ 0: what the law asks for has the sign of the change.
-            let asked = if change > 0.0 { asked.max(0.0) } else { asked.min(0.0) };
+            let asked = work_by_law(stiffness[i], damping[i], [s0, s1], change, over_step);
             let done = px[i] * (ex[i] - dx[i]) + (py[i] * (ey[i] - dy[i]) + pz[i] * (ez[i] - dz[i]));
             let owes = debt[i] + asked - acted * done;
             let owes = if owes.abs() > forgiven { owes } else { 0.0 };
