@@ -728,21 +728,24 @@ impl CableRuns {
     #[inline(always)]
     fn book_drift(&mut self, piece: &CableRun, stretches: &[f64], rates: &[f64]) {
         let &CableRun { first, length: n, .. } = piece;
-        let (stiffness, damping) = (&self.stiffness[first..first + n], &self.damping[first..first + n]);
-        let before = &mut self.stretch[first..first + n];
-        let (stretches, rates) = (&stretches[..n], &rates[..n]);
+        let laws = groups(&self.stiffness[first..first + n]).zip(groups(&self.damping[first..first + n]));
+        let ends = groups(stretches).zip(groups(rates));
+        let (before, _) = self.stretch[first..first + n].as_chunks_mut();
+        let was_taut = &mut self.was_taut[first / GROUP..];
         let mut dissipated = self.dissipated;
-        for start in (0..n).step_by(GROUP) {
-            let mut sum = 0.0;
-            for (lane, dissipated) in dissipated.iter_mut().enumerate() {
-                let i = start + lane;
-                let [from, to] = [before[i], stretches[i]];
-                let stored = stored_between(stiffness[i], from, to);
-                *dissipated += work_by_law(stiffness[i], damping[i], [from, to], rates[i], 1.0) - stored;
-                before[i] = to;
-                sum += to;
+        for (((stretch, was_taut), (k, c)), (to, rate)) in before.iter_mut().zip(was_taut).zip(laws).zip(ends)
+        {
+            // All of a group is read before anything is written: the loop is one of wide vectors.
+            let (from, mut taken, mut is_taut) = (*stretch, [0.0; GROUP], [0; GROUP]);
+            for i in 0..GROUP {
+                let work = work_by_law(k[i], c[i], [from[i], to[i]], rate[i], 1.0);
+                taken[i] = work - stored_between(k[i], from[i], to[i]);
+                is_taut[i] = u64::from(to[i] > 0.0);
             }
-            self.was_taut[(first + start) / GROUP] = u64::from(sum != 0.0);
+            for (dissipated, taken) in dissipated.iter_mut().zip(taken) {
+                *dissipated += taken;
+            }
+            (*stretch, *was_taut) = (to, is_taut.iter().sum());
         }
         self.dissipated = dissipated;
     }
@@ -778,6 +781,12 @@ impl CableRuns {
         };
         self.runs.iter().flat_map(|run| (0..run.length).map(move |i| of(run, i))).sum()
     }
+}
+
+/// `values` of cables, a group of them after the other.
+#[inline(always)]
+fn groups(values: &[f64]) -> impl Iterator<Item = [f64; GROUP]> {
+    values.as_chunks().0.iter().copied()
 }
 
 /// The three components of `of`, from `start`, `length` of them.
