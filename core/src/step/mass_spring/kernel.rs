@@ -65,8 +65,10 @@ pub(super) struct CableRuns {
     stretch: Vec<f64>,
     /// Whether one of each group of cables was taut then, 1 or 0.
     was_taut: Vec<u64>,
-    /// Taken by their law since it was last asked for, in sums side by side [J].
+    /// Taken by their law since it was last asked for, in sums side by side [J]; of a method with stages the power then [W].
     dissipated: [f64; GROUP],
+    /// Whether forces are found at the stages of a step, and not at the ends of drifts.
+    at_stages: bool,
     /// What [`secant`](super::secant) weighs a debt by [1/kg].
     pub(super) gentle: Vec<f64>,
     /// Largest tension since it was last asked for [N].
@@ -147,7 +149,8 @@ impl ExplicitNet {
             let (position, velocity) = (zeros(), zeros());
             Box::new(RungeKuttaStages { position, velocity, position_sum: zeros(), velocity_sum: zeros() })
         });
-        let strands = CableRuns::of(net, &place);
+        let at_stages = integrator == Integrator::Rk4;
+        let strands = CableRuns { at_stages, ..CableRuns::of(net, &place) };
         let secant = (integrator == Integrator::Secant).then(|| Box::new(Secant::new(&strands, n_knots)));
         let mut kernel = ExplicitNet {
             arch: Arch::new(),
@@ -366,14 +369,8 @@ impl ExplicitNet {
     /// [`secant`](super::secant). (At the mean of the rates before and after a kick it is 0.22 of a snap's loss short of what a pair of
     /// knots really loses at the own step and a damping ratio of 0.1, so -0.02.)
     pub fn take_dissipated(&mut self) -> f64 {
-        let over_drifts = std::mem::take(&mut self.strands.dissipated).iter().sum::<f64>();
-        let otherwise = std::mem::take(&mut self.dissipated);
-        match (self.integrator, &mut self.secant) {
-            // Stages are no drifts.
-            (Integrator::Rk4 | Integrator::Located, _) => otherwise,
-            (_, Some(secant)) => over_drifts + std::mem::take(&mut secant.dissipated),
-            (_, None) => over_drifts,
-        }
+        let in_flight = self.secant.as_mut().map_or(0.0, |secant| std::mem::take(&mut secant.dissipated));
+        in_flight + self.strands.take_dissipated() + std::mem::take(&mut self.dissipated)
     }
 
     fn kick_secant(&mut self, step: f64) {
@@ -402,7 +399,7 @@ impl ExplicitNet {
         stages.velocity.clone_from(&self.velocity);
         for (weight, next) in [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)] {
             self.accelerate();
-            self.dissipated += step / 6.0 * weight * self.strands.power(&self.position, &self.velocity);
+            self.dissipated += step / 6.0 * weight * self.strands.take_dissipated();
             for axis in 0..3 {
                 let first = next == 0.5 && weight == 1.0;
                 let sums = stages.position_sum[axis].iter_mut().zip(stages.velocity_sum[axis].iter_mut());
@@ -582,6 +579,7 @@ impl CableRuns {
             stretch: Vec::new(),
             was_taut: Vec::new(),
             dissipated: [0.0; GROUP],
+            at_stages: false,
             gentle: Vec::new(),
             tension: Vec::new(),
             cable: Vec::new(),
@@ -738,9 +736,18 @@ impl CableRuns {
             // All of a group is read before anything is written: the loop is one of wide vectors.
             let (from, mut taken, mut is_taut) = (*stretch, [0.0; GROUP], [0; GROUP]);
             for i in 0..GROUP {
-                let work = work_by_law(k[i], c[i], [from[i], to[i]], rate[i], 1.0);
-                taken[i] = work - stored_between(k[i], from[i], to[i]);
                 is_taut[i] = u64::from(to[i] > 0.0);
+            }
+            if self.at_stages {
+                for i in 0..GROUP {
+                    let tension = taut_force(k[i], c[i], to[i], rate[i], 1.0).max(0.0);
+                    taken[i] = select_unpredictable(to[i] > 0.0, (tension - k[i] * to[i]) * rate[i], 0.0);
+                }
+            } else {
+                for i in 0..GROUP {
+                    let work = work_by_law(k[i], c[i], [from[i], to[i]], rate[i], 1.0);
+                    taken[i] = work - stored_between(k[i], from[i], to[i]);
+                }
             }
             for (dissipated, taken) in dissipated.iter_mut().zip(taken) {
                 *dissipated += taken;
@@ -748,6 +755,11 @@ impl CableRuns {
             (*stretch, *was_taut) = (to, is_taut.iter().sum());
         }
         self.dissipated = dissipated;
+    }
+
+    /// What was taken by their law since the last call [J], or at the last stage [W].
+    fn take_dissipated(&mut self) -> f64 {
+        std::mem::take(&mut self.dissipated).iter().sum()
     }
 
     /// Where a drift begins at `position` that nothing is known of what was before.
@@ -762,24 +774,6 @@ impl CableRuns {
                 was_taut[at / GROUP] |= u64::from(stretch[at] > 0.0);
             }
         }
-    }
-
-    /// What cables take by their law at `position` and `velocity` [W].
-    fn power(&self, position: &Components, velocity: &Components) -> f64 {
-        let of = |run: &CableRun, i: usize| {
-            let (at, a, b) = (run.first + i, run.a + i, run.b + i);
-            let across = position.each_ref().map(|x| x[b] - x[a]);
-            let length = across.iter().map(|d| d * d).sum::<f64>().sqrt();
-            let stretch = length - self.rest_length[at];
-            if stretch <= 0.0 {
-                return 0.0;
-            }
-            let parting = (0..3).map(|axis| across[axis] * (velocity[axis][b] - velocity[axis][a]));
-            let rate = parting.sum::<f64>() / length;
-            let tension = taut_force(self.stiffness[at], self.damping[at], stretch, rate, 1.0).max(0.0);
-            (tension - self.stiffness[at] * stretch) * rate
-        };
-        self.runs.iter().flat_map(|run| (0..run.length).map(move |i| of(run, i))).sum()
     }
 }
 
