@@ -298,7 +298,7 @@ fn candidates(source: &Source, own: &[String], base: &Case, end: f64) -> Vec<Can
         && let Some(case) = with_explicit_cables(source)
     {
         let step = case.time_step().step / f64::from(case.time_step().substeps);
-        settings.extend(halves(step).map(|step| explicit_changes(Integrator::Symplectic, step)));
+        settings.extend(halves(step).map(|step| explicit_changes(Integrator::Secant, step)));
     }
     // The scene as written first.
     settings.insert(0, Vec::new());
