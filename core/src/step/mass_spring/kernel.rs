@@ -366,7 +366,7 @@ impl ExplicitNet {
     /// What the cables took by their law since the last call [J].
     ///
     /// Semi-implicit Euler's drift is booked when it has led to the next forces: over the path that it took c (s₁ − s₀) ṙ, as that of
-    /// [`secant`](super::secant). (At the mean of the rates before and after a kick it is 0.22 of a snap's loss short of what a pair of
+    /// [`secant`]. (At the mean of the rates before and after a kick it is 0.22 of a snap's loss short of what a pair of
     /// knots really loses at the own step and a damping ratio of 0.1, so -0.02.)
     pub fn take_dissipated(&mut self) -> f64 {
         let in_flight = self.secant.as_mut().map_or(0.0, |secant| std::mem::take(&mut secant.dissipated));
