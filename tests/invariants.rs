@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::metrics::conservation::Conservation;
 use tumblenet::run::Run;
-use tumblenet::solver::CableModel;
+use tumblenet::solver::{CableModel, Integrator};
 
 /// A random net of `meshes`, folded and shot, without a target.
 ///
@@ -85,6 +85,10 @@ fn kept(case: &Case, run: &Run) -> Result<(), TestCaseError> {
     // Measured on 384 random nets with joints and 21 with explicit cables.
     prop_assert!(found.angular_momentum_residual < 1e-4, "{found:?}"); // measured 4.4e-5
     prop_assert!(common::unbooked(case, run) < 1e-3, "{found:?}"); // measured 6.6e-5
+    // What semi-implicit Euler makes of an undamped flight is in no row.
+    if case.scene().solver.integrator != Integrator::Symplectic {
+        prop_assert!(found.energy_residual < 1e-3, "{found:?}");
+    }
     // Joints measured 6.8e-4. The symplectic method of an undamped net keeps another energy than this one,
     // which swings about it: measured 0.017.
     let rise = if case.scene().solver.cables == CableModel::Joints { 2e-3 } else { 0.05 };

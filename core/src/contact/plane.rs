@@ -272,8 +272,7 @@ impl ContactPlane {
         }
     }
 
-    /// Adds the impulses of its `row`, of a body that was at `centre` and whose mean motion was `surface`, on a net whose mean velocity there
-    /// was that of `net`, where it is known by now [m/s].
+    /// Adds the impulses of its `row`, of a body that was at `centre` and whose mean motion was `surface`.
     #[inline]
     pub fn add(&mut self, row: &ContactRow, centre: &Vector3<f64>, surface: &SurfaceMotion) {
         let arm = row.arm.unwrap_or_default();

@@ -323,11 +323,11 @@ impl SurfaceContacts {
             if !acts_last {
                 continue;
             }
-            let mean = |knot| 0.5 * (net.velocity_before(knot) + net.velocity(knot));
             if is_force {
                 let start = row.weights.sum(|knot| net.velocity_before(knot));
                 self.unsettled.push(Unsettled { row: *row, plane: index, start });
             } else {
+                let mean = |knot| 0.5 * (net.velocity_before(knot) + net.velocity(knot));
                 plane.weigh(row, &row.weights.sum(mean));
             }
         }

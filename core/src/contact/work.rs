@@ -10,8 +10,8 @@ use crate::state::{Contact, Knots};
 /// impulses of the sub-step so weighed, cables' among them, it is exactly the change of kinetic energy.
 /// Over single kicks it would count as lost whatever cables press into a contact at rest; over the whole of a step
 /// what knots give back and forth within it would count as of the wrong one of the two, and undamped explicit cables
-/// seemed to take a tenth of the launch energy. Where others act after contacts in a sub-step the whole step it is. The target,
-/// which contacts alone move, is weighed kick by kick.
+/// seemed to take a tenth of the launch energy. Forces, after which rows of effects act, are weighed at the end of the sub-step; where
+/// the engine moves the cables after contacts the whole step it is. The target, which contacts alone move, is weighed kick by kick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactWork {
     /// Along the normals [N s].

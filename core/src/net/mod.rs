@@ -287,6 +287,11 @@ impl Net {
         self.cables.iter().map(Cable::damping_ratio).fold(f64::INFINITY, f64::min)
     }
 
+    /// Damping ratio of the cable that damps most [-].
+    pub fn most_damping_ratio(&self) -> f64 {
+        self.cables.iter().map(Cable::damping_ratio).fold(0.0, f64::max)
+    }
+
     /// Total mass [kg].
     pub fn total_mass(&self) -> f64 {
         self.mass.iter().sum()

@@ -232,8 +232,6 @@ impl Stepper for AncfMarch {
             work.detections = touch.manager.n_detections().unwrap_or(work.detections);
         }
         clock.lap(&mut work.stages.contact);
-        // Kick by kick, what a contact pushes out and cables press back would count as lost: with impulses in the step
-        // what cables took is what is left over.
         let dissipated = self.net.take_dissipated();
         let cable_loss =
             if any { CableLoss::BesideContact(dissipated) } else { CableLoss::ByLaw(dissipated) };

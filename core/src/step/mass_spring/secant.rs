@@ -195,13 +195,8 @@ impl Secant {
     /// Vectors and lengths at the start, where nothing is owed.
     fn begin(&mut self, strands: &CableRuns, position: &Components) {
         for run in &strands.runs {
-            for i in 0..run.length {
-                let (at, a, b) = (run.first + i, run.a + i, run.b + i);
-                let d: [f64; 3] = std::array::from_fn(|axis| position[axis][b] - position[axis][a]);
-                self.now.length[at] = squared(d).sqrt();
-                for (across, d) in self.now.across.iter_mut().zip(d) {
-                    across[at] = d;
-                }
+            for start in (0..run.length).step_by(CHUNK) {
+                self.now.measure(&run.piece(start, CHUNK), position);
             }
         }
         self.now.debt.fill(0.0);

@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use crate::cable::{Cable, stored_between};
+use crate::cable::stored_between;
 use crate::net::Net;
 use crate::solver::Integrator;
 
@@ -72,9 +72,8 @@ pub fn integrator(chosen: Integrator, net: &Net) -> Integrator {
     }
     let step = SAFE * stable_step(net);
     let fastest = net.cables.iter().map(|cable| cable.natural_frequency()).fold(0.0, f64::max);
-    let most_damped = net.cables.iter().map(Cable::damping_ratio).fold(0.0, f64::max);
     if hardly_damps(net)
-        || most_damped > MOST_DAMPED
+        || net.most_damping_ratio() > MOST_DAMPED
         || step * fastest > PAIR
         || most_overshoot(net, step) > OVERSHOOT
     {
