@@ -11,9 +11,11 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tumblenet::case::Case;
 use tumblenet::metrics::verdict::Capture;
+use tumblenet::scene::Source;
 use tumblenet::step::mass_spring::dopri5;
 use tumblenet::study::cost::accuracy::Accuracy;
 use tumblenet::study::cost::calibration::calibrate;
+use tumblenet::study::cost::reference::{ReferenceRequest, reference};
 use tumblenet::study::cost::{self, Store, Study, StudyRequest};
 use tumblenet::study::ensemble::{self, EnsembleRequest};
 use tumblenet::study::log_rank::{self, LogRank};
@@ -57,6 +59,33 @@ fn the_reference_flies_as_the_equations_say() {
         located.steps,
         located.switches
     );
+}
+
+/// Where a study cannot pay for located switches its reference is of steps, and the floor tells what these err by, too: not only how far
+/// two starts part.
+#[test]
+fn the_floor_tells_what_the_steps_of_a_reference_err_by() {
+    let case = common::scene("deployment-kevlar", &[]);
+    let times: Vec<f64> = (0..=6).map(|i| 0.05 * f64::from(i)).collect();
+    let located = dopri5::fly(case.net(), &times, 1e-12, |_| true);
+    let mut source = Source::find("deployment-kevlar").unwrap();
+    source.set(&["expect=null".to_owned()]).unwrap();
+    let request = ReferenceRequest {
+        times: times.clone(),
+        whole: false,
+        first_contact: None,
+        seed: 1,
+        seconds: 1.0,
+        at: None,
+    };
+    let found = reference(&source, &case, &request).unwrap();
+    assert!(found.quality.methods[0] == "secant" && found.knots.len() == times.len(), "{:?}", found.quality);
+    for (frame, time) in times.iter().enumerate().skip(2) {
+        let apart = |&bullet: &usize| (located.knots[frame][bullet] - found.knots[frame][bullet]).norm();
+        let worst = case.net().bullets.iter().map(apart).fold(0.0, f64::max);
+        let floor = found.quality.floor_m[frame];
+        below(&format!("error of the reference at {time} s over its floor"), worst / floor, 3.0);
+    }
 }
 
 /// Errors, front, counters and advice of a small deployment.

@@ -336,7 +336,7 @@ fn fronts(measured: &[MeasuredSetting], reference: Option<&Reference>) -> Vec<Ve
 fn orders(measured: &[MeasuredSetting], reference: Option<&Reference>) -> Vec<Order> {
     let first = reference.and_then(|reference| reference.quality.windows.first());
     let floor = first.map_or(0.0, |window| window.floor_m);
-    ["joints, step", "explicit, symplectic", "explicit, Runge-Kutta"]
+    ["joints, step", "explicit, symplectic", "explicit, secant", "explicit, Runge-Kutta"]
         .into_iter()
         .filter_map(|family| {
             let of = measured.iter().filter(|one| one.family == family);

@@ -12,10 +12,12 @@
 //! 1e-4 m; the located integrator itself costs ten times as much, more than a calibration may, and is changed by 1e-5 m
 //! at 0.5 s and by 1e-3 m at 0.8 s where its start is changed by rounding.
 
+use serde_json::Value;
+
 use super::accuracy::Accuracy;
 use super::budget::{self, Budget};
-use super::dials::{explicit_changes, two_digits};
-use super::reference::{KnotFrames, PERTURB, at_times, bullets_apart, largest};
+use super::dials::{explicit_changes, name, two_digits};
+use super::reference::{COARSER, KnotFrames, PERTURB, at_times, bullets_apart, largest};
 use super::{Error, advice, flight_times, studied};
 use crate::case::Case;
 use crate::failure::Failure;
@@ -40,10 +42,6 @@ const REFERENCE: f64 = 0.6;
 
 /// Times that a step is halved, at most.
 const HALVINGS: i32 = 7;
-
-/// Steps of the coarser fine flight over those of the fine one [-]: twice, so that errors of first order, the slowest to
-/// fall, are what the two differ by.
-const COARSER: f64 = 2.0;
 
 /// The shortest step of the fine flight over the stable step [-]: beyond, chaos decides.
 const FINEST: f64 = 0.05;
@@ -119,7 +117,7 @@ pub fn calibrate(source: &Source, own: &[String], accuracy: Accuracy) -> Result<
     let until = fine.tells(wanted)?;
     let flight_s = fine.times[fine.times.len() - 1];
     let (mut measured, mut finest, mut unpaid) = (0, f64::INFINITY, 0);
-    for Candidate { changes, case, cost } in candidates(&source, own, &base, flight_s) {
+    for Candidate { changes, case, cost, .. } in candidates(&source, own, &base, flight_s) {
         if !budget.covers(cost) {
             unpaid += 1;
             continue;
@@ -178,9 +176,16 @@ impl FineFlight {
         let end = times[times.len() - 1];
         let solver =
             Solver { integrator: Integrator::Secant, ..base.scene().solver.with_pair("explicit+impulse") };
-        let paid = budget::shortest_step(base.net(), end, &solver, seconds / (2.0 + 1.0 / COARSER));
+        let flights = 2.0 + 1.0 / COARSER; // as many of the finest as all three cost
+        let of_cables = |step: f64| budget::shortest_step(base.net(), end, &solver, 1.0) / step;
         let stable = stable_step(base.net());
-        let step = paid.max(FINEST * stable);
+        let paid = |seconds: f64| (of_cables(1.0) * flights / seconds).max(FINEST * stable);
+        let flight = |step: f64| {
+            candidate(source, &[], explicit_changes(Integrator::Secant, two_digits(step)), base, end)
+        };
+        // What it costs beside its cables does not depend on the step.
+        let beside = flight(paid(seconds)).map_or(0.0, |flight| flight.cost - of_cables(paid(seconds)));
+        let step = paid((seconds - 3.0 * beside).max(f64::MIN_POSITIVE));
         let unpaid = || {
             let rule = format!(
                 "no accuracy: {} of processor time do not pay for a flight of this scene that is known better than a run",
@@ -192,8 +197,7 @@ impl FineFlight {
             return Err(unpaid());
         }
         let of = |step: f64, member: usize| {
-            let changes = explicit_changes(Integrator::Secant, two_digits(step));
-            let candidate = candidate(source, &[], changes, end)?;
+            let candidate = flight(step)?;
             let request = EnsembleRequest { members: 2, perturb_m: PERTURB, seed: 1, at_most_s: None };
             let case =
                 if member == 0 { candidate.case } else { perturbed(&candidate.case, &request, member) };
@@ -266,45 +270,48 @@ struct Candidate {
     case: Case,
     /// What that costs [s].
     cost: f64,
+    /// What the whole run will cost with it [s].
+    run: f64,
 }
 
-/// Settings of the flight until `end` [s], from the cheapest on: the scene's own step, halves of it, and with cables
-/// of the engine the same with an explicit flight; without a target also explicit cables.
+/// Settings of the flight until `end` [s], from that of the cheapest run on: the scene as written, its own step and halves of it;
+/// with cables of the engine the same with an explicit flight, or without a target with explicit cables. Explicit cables by the
+/// secant force, which keeps energy best, unless the scene chooses another: trying both spends on the coarser one what a
+/// calibration may cost.
 fn candidates(source: &Source, own: &[String], base: &Case, end: f64) -> Vec<Candidate> {
-    let by_engine = !step::method(&base.scene().solver).acts_in_substeps();
+    let solver = &base.scene().solver;
     let (time_step, sample) = (base.time_step(), base.scene().output.sample_s.0);
-    let mut settings: Vec<Vec<String>> = Vec::new();
     let halves = |step: f64| (0..=HALVINGS).map(move |n| two_digits(step / 2_f64.powi(n)));
-    if by_engine {
-        for flight in ["cables", "explicit"] {
-            // There is no contact at which the engine could take over.
-            if flight == "explicit" && base.target().is_none() {
-                continue;
-            }
-            settings.extend(
-                halves(time_step.step)
-                    .map(|step| fitting(step, sample))
-                    .map(|step| vec![format!("solver.flight={flight}"), format!("solver.step_s={step:e}")]),
-            );
-        }
-    } else {
-        let step = time_step.step / f64::from(time_step.substeps);
-        settings.extend(
-            halves(step).map(|step| vec!["solver.substeps=1".to_owned(), format!("solver.step_s={step:e}")]),
-        );
-    }
-    if base.target().is_none()
-        && by_engine
-        && let Some(case) = with_explicit_cables(source)
-    {
-        let step = case.time_step().step / f64::from(case.time_step().substeps);
-        settings.extend(halves(step).map(|step| explicit_changes(Integrator::Secant, step)));
-    }
+    let chosen = source.json.pointer("/solver/integrator").and_then(Value::as_str);
+    let is_open = chosen.is_none_or(|chosen| chosen == name(Integrator::Auto)) && solver.spheres().is_none();
+    let secant = || is_open.then(|| "solver.integrator=secant".to_owned()).into_iter().collect::<Vec<_>>();
     // The scene as written first.
-    settings.insert(0, Vec::new());
+    let mut settings: Vec<Vec<String>> = vec![Vec::new()];
+    if step::method(solver).acts_in_substeps() {
+        let step = time_step.step / f64::from(time_step.substeps);
+        settings.extend(halves(step).map(|step| {
+            [vec!["solver.substeps=1".to_owned(), format!("solver.step_s={step:e}")], secant()].concat()
+        }));
+    } else {
+        for step in halves(time_step.step).map(|step| fitting(step, sample)) {
+            let flown =
+                |flight: &str| vec![format!("solver.flight={flight}"), format!("solver.step_s={step:e}")];
+            settings.push(flown("cables"));
+            // Without a target there is no contact at which the engine could take over.
+            if base.target().is_some() {
+                settings.push([flown("explicit"), secant()].concat());
+            }
+        }
+        if base.target().is_none()
+            && let Some(case) = with_explicit_cables(source)
+        {
+            let step = case.time_step().step / f64::from(case.time_step().substeps);
+            settings.extend(halves(step).map(|step| explicit_changes(Integrator::Secant, step)));
+        }
+    }
     let mut all: Vec<Candidate> =
-        settings.into_iter().filter_map(|changes| candidate(source, own, changes, end)).collect();
-    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        settings.into_iter().filter_map(|changes| candidate(source, own, changes, base, end)).collect();
+    all.sort_by(|a, b| a.run.total_cmp(&b.run).then(a.cost.total_cmp(&b.cost)));
     // The user's own step makes all settings one.
     all.dedup_by(|b, a| a.case.scene() == b.case.scene());
     all
@@ -319,8 +326,15 @@ fn fitting(step: f64, sample: f64) -> f64 {
     sample / round.into_iter().find(|n| *n >= least).unwrap_or_else(|| least.ceil())
 }
 
-/// The setting `changes` with the user's `own` on top, for a flight until `end` [s]; nothing where it is refused.
-fn candidate(source: &Source, own: &[String], changes: Vec<String>, end: f64) -> Option<Candidate> {
+/// The setting `changes` with the user's `own` on top, for a flight until `end` [s] of the run of `base`; nothing where it is
+/// refused.
+fn candidate(
+    source: &Source,
+    own: &[String],
+    changes: Vec<String>,
+    base: &Case,
+    end: f64,
+) -> Option<Candidate> {
     let mut flown = source.clone();
     flown.set(&changes).ok()?;
     flown.set(own).ok()?;
@@ -332,15 +346,29 @@ fn candidate(source: &Source, own: &[String], changes: Vec<String>, end: f64) ->
         flown.set(&[format!("output.sample_s={sample}")]).ok()?;
     }
     let case = Case::build_point(&flown).ok()?;
+    let later = budget::forecast_flight(&case);
     let cost = if case.scene().solver.flight == Flight::Explicit {
-        // Until the first contact that is all there is.
-        let explicit = ["solver.cables=explicit", "solver.contact=impulse", "solver.flight=cables"];
+        // Until the first contact that is all there is, in steps of its own where the engine's are longer.
+        let explicit = [
+            "solver.cables=explicit",
+            "solver.contact=impulse",
+            "solver.flight=cables",
+            "solver.substeps=1",
+            "solver.step_s=null",
+        ];
         flown.set(&explicit.map(str::to_owned)).ok()?;
-        budget::forecast_flight(&Case::build_point(&flown).ok()?)
+        let mut flight = Case::build_point(&flown).ok()?;
+        let step = case.time_step().step;
+        if step * f64::from(flight.time_step().substeps) < flight.time_step().step {
+            flown.set(&[format!("solver.step_s={step:e}")]).ok()?;
+            flight = Case::build_point(&flown).ok()?;
+        }
+        budget::forecast_flight(&flight)
     } else {
-        budget::forecast_flight(&case)
+        later
     };
-    Some(Candidate { changes, case, cost })
+    let run = cost + later * (base.scene().duration_s.0 / end - 1.0).max(0.0);
+    Some(Candidate { changes, case, cost, run })
 }
 
 #[cfg(test)]

@@ -71,15 +71,17 @@ pub struct DialSetting {
 pub const AS_WRITTEN: &str = "as written";
 
 /// Families of the diagram, in the order of their colours.
-pub const FAMILIES: [&str; 12] = [
+pub const FAMILIES: [&str; 14] = [
     AS_WRITTEN,
     "joints, step",
     "joints, sub-steps",
     "joints, sweeps",
     "joints, snap passes",
+    "joints, loss",
     "joints, flight explicit",
     "joints, precision",
     "explicit, symplectic",
+    "explicit, secant",
     "explicit, Runge-Kutta",
     "explicit, located",
     "other cables",
@@ -183,6 +185,7 @@ fn explicit(dials: &mut Dials<'_>, base: &Case) {
     let stable = stable_step(base.net());
     for (integrator, family, name) in [
         (Integrator::Symplectic, "explicit, symplectic", "explicit"),
+        (Integrator::Secant, "explicit, secant", "secant"),
         (Integrator::Rk4, "explicit, Runge-Kutta", "RK4"),
     ] {
         for share in SHARES {
@@ -266,7 +269,7 @@ fn names<T: JsonSchema>() -> Vec<String> {
 }
 
 /// The name of a choice as a scene writes it.
-fn name(choice: impl Serialize) -> String {
+pub fn name(choice: impl Serialize) -> String {
     // A choice of the format is always a text.
     serde_json::to_value(choice).ok().and_then(|name| Some(name.as_str()?.to_owned())).unwrap_or_default()
 }
@@ -304,6 +307,9 @@ mod tests {
         for family in FAMILIES.iter().filter(|family| !["other cables", "joints, precision"].contains(family))
         {
             assert!(list.iter().any(|setting| setting.family == *family), "{family}");
+        }
+        for setting in list.iter().filter(|setting| setting.kind != DialKind::Model) {
+            assert!(FAMILIES.contains(&setting.family), "{} has no colour", setting.family);
         }
         assert!(list.iter().any(|setting| setting.label == "without closing"));
         assert!(list.iter().any(|setting| setting.label == "3 middle knots"));
