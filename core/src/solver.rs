@@ -177,7 +177,8 @@ pub enum Flight {
     Explicit,
 }
 
-/// How the explicit net is integrated, and elements other than by leap-frog.
+/// How the explicit net is integrated, and elements other than by leap-frog: in flight. Where contacts or constraints may act on it
+/// an explicit net goes on by `symplectic`, whichever was chosen, until it is apart from all again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {

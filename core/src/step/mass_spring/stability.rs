@@ -90,7 +90,7 @@ fn most_overshoot(net: &Net, step: f64) -> f64 {
     stored_between(stiffest, 0.0, speed * step) / net.launch_energy()
 }
 
-/// Into how many a sub-step of `substep` seconds is to be cut from the first contact on, when the secant force gives
+/// Into how many a sub-step of `substep` seconds is to be cut from the first contact on, when other integrators give
 /// way to semi-implicit Euler; `restitution`: of contacts [-], `of_strands`: of those of the net with itself, where it has them.
 pub fn parts_in_contact(
     integrator: Integrator,
@@ -99,7 +99,7 @@ pub fn parts_in_contact(
     of_strands: Option<f64>,
     substep: f64,
 ) -> u32 {
-    if integrator == Integrator::Secant && hardly_damps(net) {
+    if integrator != Integrator::Symplectic && hardly_damps(net) {
         let restitution = restitution.max(of_strands.unwrap_or(0.0));
         let finer = if of_strands.is_some() { OF_STRANDS } else { 1.0 };
         let undamped = finer * (UNDAMPED[0] + restitution * (UNDAMPED[1] - UNDAMPED[0]));
