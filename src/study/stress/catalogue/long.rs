@@ -85,8 +85,8 @@ fn jams() -> [StressCase; 3] {
             with(caught.clone(), closing("free", 20.0)),
         )
         .once()
-        // 0.8 to 1.9 radii, as chance has it.
-        .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=1e8"], &OVERLAPS),
+        // 0.8 to 1.9 radii, as chance has it; of sixteen shots that differ by micrometres a second 0.38 to 1.15 with 1e8, of ten 0.30 to 0.79 with 2e8.
+        .limited("explicit+penalty", SOFT, &["solver.penalty.stiffness=2e8"], &OVERLAPS),
         StressCase::new(
             Theme::Jam,
             "wadded",
