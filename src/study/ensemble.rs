@@ -219,13 +219,24 @@ impl Ended {
 /// A copy of `case` whose folded knots are moved by up to `request.perturb_m` along each axis, and
 /// whose shots deviate anew where the scene disperses them.
 pub fn perturbed(case: &Case, request: &EnsembleRequest, member: usize) -> Case {
+    case.member(member as u64, shifts(request, member))
+}
+
+/// The same with bullets shot as in `case` itself, and not as they deviate in that member.
+pub fn moved(case: &Case, request: &EnsembleRequest, member: usize) -> Case {
+    case.member(0, shifts(request, member))
+}
+
+/// By what the folded knots of `member` are moved, one after another [m].
+fn shifts(request: &EnsembleRequest, member: usize) -> impl FnMut() -> Vector3<f64> {
     // A stream a member: the same perturbation whatever the number of members or threads.
     let mut random = ChaCha8Rng::seed_from_u64(request.seed);
     random.set_stream(member as u64);
-    case.member(member as u64, || {
-        let mut shift = || request.perturb_m * random.random_range(-1.0..=1.0);
+    let most = request.perturb_m;
+    move || {
+        let mut shift = || most * random.random_range(-1.0..=1.0);
         Vector3::new(shift(), shift(), shift())
-    })
+    }
 }
 
 /// The copy of `case` that is `member`: with what is drawn for it where the scene is uncertain, and perturbed.

@@ -28,7 +28,7 @@ use crate::simulation::Simulation;
 use crate::solver::{Flight, Integrator, Solver};
 use crate::step;
 use crate::step::mass_spring::stability::stable_step;
-use crate::study::ensemble::{EnsembleRequest, perturbed};
+use crate::study::ensemble::{EnsembleRequest, moved};
 use crate::work::Work;
 
 /// What a calibration may cost, over the run that it is for [-].
@@ -199,8 +199,7 @@ impl FineFlight {
         let of = |step: f64, member: usize| {
             let candidate = flight(step)?;
             let request = EnsembleRequest { members: 2, perturb_m: PERTURB, seed: 1, at_most_s: None };
-            let case =
-                if member == 0 { candidate.case } else { perturbed(&candidate.case, &request, member) };
+            let case = if member == 0 { candidate.case } else { moved(&candidate.case, &request, member) };
             Some((at_times(&Run::of(&case, |_| {}).ok()?, &times), candidate.cost))
         };
         let flights = [(step, 0), (step, 1), (COARSER * step, 0)].map(|(step, member)| of(step, member));

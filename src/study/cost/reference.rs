@@ -33,7 +33,7 @@ use crate::scene::Source;
 use crate::solver::{Integrator, Solver};
 use crate::step::mass_spring::dopri5;
 use crate::step::mass_spring::stability::stable_step;
-use crate::study::ensemble::{self, Quartiles, perturbed};
+use crate::study::ensemble::{self, Quartiles, moved};
 
 /// Perturbation of the start [m].
 pub const PERTURB: f64 = 1e-9;
@@ -219,7 +219,7 @@ fn start(case: &Case, member: usize, seed: u64) -> Case {
     if member == 0 {
         return case.clone();
     }
-    perturbed(
+    moved(
         case,
         &ensemble::EnsembleRequest { members: RUNS, perturb_m: PERTURB, seed, at_most_s: None },
         member,
