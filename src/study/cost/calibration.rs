@@ -176,15 +176,17 @@ impl FineFlight {
         let end = times[times.len() - 1];
         let solver =
             Solver { integrator: Integrator::Secant, ..base.scene().solver.with_pair("explicit+impulse") };
-        let flights = 2.0 + 1.0 / COARSER; // as many of the finest as all three cost
+        // What the cables of one flight cost [s]; three cost as much as this many of the finest.
         let of_cables = |step: f64| budget::shortest_step(base.net(), end, &solver, 1.0) / step;
+        let as_finest = 2.0 + 1.0 / COARSER;
         let stable = stable_step(base.net());
-        let paid = |seconds: f64| (of_cables(1.0) * flights / seconds).max(FINEST * stable);
+        let paid = |seconds: f64| (of_cables(1.0) * as_finest / seconds).max(FINEST * stable);
         let flight = |step: f64| {
             candidate(source, &[], explicit_changes(Integrator::Secant, two_digits(step)), base, end)
         };
-        // What it costs beside its cables does not depend on the step.
-        let beside = flight(paid(seconds)).map_or(0.0, |flight| flight.cost - of_cables(paid(seconds)));
+        // What it costs beside them does not depend on the step.
+        let first = paid(seconds);
+        let beside = flight(first).map_or(0.0, |flight| flight.cost - of_cables(first));
         let step = paid((seconds - 3.0 * beside).max(f64::MIN_POSITIVE));
         let unpaid = || {
             let rule = format!(
@@ -282,6 +284,7 @@ fn candidates(source: &Source, own: &[String], base: &Case, end: f64) -> Vec<Can
     let (time_step, sample) = (base.time_step(), base.scene().output.sample_s.0);
     let halves = |step: f64| (0..=HALVINGS).map(move |n| two_digits(step / 2_f64.powi(n)));
     let chosen = source.json.pointer("/solver/integrator").and_then(Value::as_str);
+    // Elements have no such force.
     let is_open = chosen.is_none_or(|chosen| chosen == name(Integrator::Auto)) && solver.spheres().is_none();
     let secant = || is_open.then(|| "solver.integrator=secant".to_owned()).into_iter().collect::<Vec<_>>();
     // The scene as written first.
@@ -348,18 +351,11 @@ fn candidate(
     let later = budget::forecast_flight(&case);
     let cost = if case.scene().solver.flight == Flight::Explicit {
         // Until the first contact that is all there is, in steps of its own where the engine's are longer.
-        let explicit = [
-            "solver.cables=explicit",
-            "solver.contact=impulse",
-            "solver.flight=cables",
-            "solver.substeps=1",
-            "solver.step_s=null",
-        ];
-        flown.set(&explicit.map(str::to_owned)).ok()?;
-        let mut flight = Case::build_point(&flown).ok()?;
+        flown.set(&["solver.flight=cables".to_owned()]).ok()?;
+        let mut flight = with_explicit_cables(&flown)?;
         let step = case.time_step().step;
         if step * f64::from(flight.time_step().substeps) < flight.time_step().step {
-            flown.set(&[format!("solver.step_s={step:e}")]).ok()?;
+            flown.set(&explicit_changes(case.scene().solver.integrator, step)).ok()?;
             flight = Case::build_point(&flown).ok()?;
         }
         budget::forecast_flight(&flight)

@@ -207,23 +207,17 @@ fn flown(source: &Source, base: &Case, request: &ReferenceRequest, quiet: bool) 
 /// A run of the located integrator up to the last time of the request, with the steps that the `allowed` seconds
 /// pay for.
 fn located(base: &Case, member: usize, request: &ReferenceRequest, allowed: f64) -> ReferenceRun {
-    // The second run starts where the first does; the others are perturbed.
     let tolerance = TOLERANCES[member.min(1)] * base.net().designed_area.sqrt();
-    let case = start(base, member.saturating_sub(1), request.seed);
+    let case = start(base, member, request.seed);
     let most = budget::located_steps(case.net(), allowed);
     let knots = dopri5::fly(case.net(), &request.times, tolerance, |steps| steps < most).knots;
     ReferenceRun { name: format!("located, {tolerance:.0e} m a step"), knots, scalars: Vec::new() }
 }
 
+/// `case` for a run of a reference: the second, which is coarser, starts where the first does; the others are perturbed.
 fn start(case: &Case, member: usize, seed: u64) -> Case {
-    if member == 0 {
-        return case.clone();
-    }
-    moved(
-        case,
-        &ensemble::EnsembleRequest { members: RUNS, perturb_m: PERTURB, seed, at_most_s: None },
-        member,
-    )
+    let request = ensemble::EnsembleRequest { members: RUNS, perturb_m: PERTURB, seed, at_most_s: None };
+    if member < 2 { case.clone() } else { moved(case, &request, member - 1) }
 }
 
 /// A run of the explicit net up to the last time of the request: with the finest step that the `allowed` seconds
@@ -244,13 +238,12 @@ fn stepped(
     if step > ROUGH * stable {
         return None;
     }
-    // As of the located flight, the second run starts where the first does.
     let step = if member == 1 { COARSER * step } else { step };
     let mut changes = explicit_changes(integrator, step);
     changes.extend([format!("duration_s={end}"), "capture.hold_s=0".to_owned()]);
     let mut source = source.clone();
     source.set(&changes).ok()?;
-    let case = start(&Case::build(&source).ok()?, member.saturating_sub(1), request.seed);
+    let case = start(&Case::build(&source).ok()?, member, request.seed);
     let name = format!("{} {:.2} µs", name(integrator), 1e6 * step);
     let run = Run::of(&case, |_| {}).ok()?;
     let scalars = if request.whole { scalars(&case, &run) } else { Vec::new() };

@@ -35,7 +35,7 @@ pub(super) type Components = [Vec<f64>; 3];
 pub struct ExplicitNet {
     arch: Arch,
     integrator: Integrator,
-    /// The integrator of the flight, which contact or a constraint ends.
+    /// The integrator of the flight, see [`ExplicitNet::land`].
     in_flight: Integrator,
     /// Place of each knot in the arrays.
     place: Vec<usize>,
@@ -323,12 +323,17 @@ impl ExplicitNet {
         self.integrator == Integrator::Symplectic
     }
 
-    /// Whether a flight of velocities at the time of the positions was ended by what pushed the net.
+    /// Whether a flight of velocities at the time of the positions was ended.
     pub fn has_landed(&self) -> bool {
         self.integrator != self.in_flight
     }
 
     /// Ends the flight of an integrator whose velocities are of the time of the positions. Whether there was one.
+    ///
+    /// A contact lets a knot go on for the whole sub-step with the velocity that it leaves. That is no way that a cable's
+    /// work could be booked over: kept on through contact, with its books set right afterwards, the secant force made
+    /// 2e-4 to 2 of the launch energy on captures. And it is no way of Runge-Kutta's stages: a pressed knot is put back by half a
+    /// kick's way each time, so that contacts gave cables 1.7 of the launch energy around a Cubesat, and took 2.3.
     pub fn land(&mut self) -> bool {
         let flies = !self.lags();
         if flies {
@@ -349,6 +354,7 @@ impl ExplicitNet {
         }
     }
 
+    /// Finds forces from now on as `integrator` does.
     fn go_on_by(&mut self, integrator: Integrator) {
         self.integrator = integrator;
         self.strands.at_stages = integrator == Integrator::Rk4;
@@ -362,10 +368,6 @@ impl ExplicitNet {
 
     /// Positions after a sub-step of `step` seconds at the velocities of its end.
     pub fn drift(&mut self, step: f64) {
-        // A contact lets a knot go on for the whole sub-step with the velocity that it leaves. That is no way that a cable's
-        // work could be booked over: kept on through contact, with its books set right afterwards, the secant force made
-        // 2e-4 to 2 of the launch energy on captures. And it is no way of Runge-Kutta's stages: a pressed knot is put back by half a
-        // kick's way each time, so that contacts gave cables 1.7 of the launch energy around a Cubesat, and took 2.3.
         let lands = std::mem::take(&mut self.pushed);
         let (sum, term) = (&mut self.position, &self.velocity);
         self.arch.dispatch(AddScaled { sum, term, factor: step });
