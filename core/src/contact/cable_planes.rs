@@ -6,8 +6,8 @@
 //! (1 − s)² / m_a + s² / m_b; linear and angular momentum are kept, since the weighted mean of the
 //! knots' positions is the place.
 //!
-//! The engine finds the one place of a cable that is nearest. A cable that rests on two edges touches at both:
-//! a place that is not found again is kept while it is near the surface that it touched, or the cable sinks
+//! The engine finds the one place of a cable that is nearest, the formula for a box that and the next edge. A cable that rests on two
+//! edges touches at both: a place that is not found again is kept while it is near the surface that it touched, or the cable sinks
 //! into one edge while the engine sees the other, and is pushed out of each in turn.
 //!
 //! A place that got inside is pushed out within a few milliseconds, not at once: planes found anew differ

@@ -25,8 +25,8 @@ use nalgebra::Vector3;
 const CORNER: f64 = 0.95;
 
 /// When knots are looked at again, and when cables are. A cable has other places that may touch than those known, so it is looked at when its
-/// ends have moved less: around a cube that is held cables come 0.5 mm in, in the middle of 64 members, with 0.2 of the margin, 0.8 mm with 0.35 and 1.3 mm
-/// with a half, in 0.98 of the time.
+/// ends have moved less: before the next edge of a box was looked for, cables came 0.5 mm into a cube that is held, in the middle of 64 members, with 0.2 of the
+/// margin, 0.8 mm with 0.35 and 1.3 mm with a half, in 0.98 of the time.
 const KNOTS_STALE: Stale = Stale { holds: 0.5, renews: 0.25 };
 pub(super) const CABLES_STALE: Stale = Stale { holds: 0.2, renews: 0.5 };
 

@@ -18,6 +18,12 @@ const TOUCHING: f64 = 1e-9;
 /// Sine of the angle up to which a line has the direction of an edge: their common normal is none [-].
 const PARALLEL: f64 = 1e-6;
 
+/// Sine of the angle up to which a line that rises over a face may tilt back onto the edge there before it is looked at again [-].
+const LEANS: f64 = 0.05;
+
+/// Two places of a line nearer than this share of its way are one [-].
+const NEXT: f64 = 0.02;
+
 /// A box around the origin of its frame, along its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cuboid {
@@ -68,7 +74,7 @@ impl LineSegment {
 
 impl Cuboid {
     /// The places at which `line` is within `reach` [m] of it, and whether it comes inside: the two ends of its way over a face or
-    /// along an edge, or the one place that is nearest to an edge or a corner.
+    /// along an edge; or the one place that is nearest to an edge or a corner, and the next edge that it passes outside.
     pub fn places(&self, line: &LineSegment, reach: f64) -> ([Option<NearPlace>; 2], bool) {
         let nearest = self.above(line, self.nearest_share(line));
         if nearest.height > reach {
@@ -140,7 +146,46 @@ impl Cuboid {
         let both = [enters.max(0.0), leaves.min(1.0)].map(|share| self.above(line, share));
         let is_along =
             both[0].share < both[1].share && both.iter().all(|end| end.height <= place.height + FLAT);
-        if is_along { both.map(Some) } else { [Some(*place), None] }
+        if is_along { both.map(Some) } else { [Some(*place), self.next_edge(line, place)] }
+    }
+
+    /// The lowest place of a line outside above another edge than that of its `nearest` place: a line that hardly tilts over a face,
+    /// or passes a corner, meets that one next, before its nearest place is another.
+    fn next_edge(&self, line: &LineSegment, nearest: &NearPlace) -> Option<NearPlace> {
+        let all_ends = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        let is_next = |place: &NearPlace| (place.share - nearest.share).abs() > NEXT;
+        (0..3)
+            .flat_map(|edge| all_ends.map(|ends| (edge, ends)))
+            .filter_map(|(edge, ends)| self.above_edge(line, edge, ends))
+            .filter(is_next)
+            .min_by(|one, other| one.height.total_cmp(&other.height))
+    }
+
+    /// The place of a line outside above the edge along a side, at these `ends` of the sides across it: where the line is nearest to
+    /// it, or where it leaves a face that it hardly tilts over. None beyond the ends of either.
+    fn above_edge(&self, line: &LineSegment, edge: usize, ends: [f64; 2]) -> Option<NearPlace> {
+        let sides = sides_across(edge);
+        let square =
+            line.along.cross(&Vector3::ith(edge, 1.0)).try_normalize(PARALLEL * line.along.norm())?;
+        let outwards = [0, 1].map(|of| ends[of] * square[sides[of]]);
+        let face = usize::from(outwards[1].abs() > outwards[0].abs());
+        let tilt = outwards[1 - face] * outwards[face].signum();
+        let place = if tilt > 0.0 {
+            let normal = outwards[face].signum() * square;
+            let height = normal.dot(&line.from) - self.support(&normal);
+            NearPlace { share: self.share_at_edge(line, edge, &normal, -height), normal, height }
+        } else if tilt > -LEANS {
+            let [upper, across] = [sides[face], sides[1 - face]];
+            let share = (ends[1 - face] * self.half[across] - line.from[across]) / line.along[across];
+            let height = ends[face] * line.at(share)[upper] - self.half[upper];
+            NearPlace { share, normal: Vector3::ith(upper, ends[face]), height }
+        } else {
+            return None;
+        };
+        let is_there = (0.0..=1.0).contains(&place.share)
+            && place.height > TOUCHING
+            && (line.at(place.share) - place.height * place.normal)[edge].abs() <= self.half[edge];
+        is_there.then_some(place)
     }
 
     /// The shortest way out of it of a line inside: along a normal of a face, or of an edge and the line.
@@ -262,6 +307,37 @@ mod tests {
             }
         }
         assert!(n_outside > 1000, "{n_outside}");
+    }
+
+    /// A line over a face that tilts a little to either side is near both edges, whichever is the nearer; beyond a corner, the edges on
+    /// both sides of it. All of the box is behind the planes of such places.
+    #[test]
+    fn a_line_that_may_tilt_is_near_the_next_edge_too() {
+        let cuboid = Cuboid { half: HALF };
+        for tilt in [-0.04, -1e-3, 1e-3, 0.04] {
+            for turn in [0.0, 0.3] {
+                let along = vector![0.14, 0.14 * turn, 0.14 * tilt];
+                let line = LineSegment { from: vector![0.0, 0.02, HALF[2] + 3e-3] - 0.5 * along, along };
+                let shares = cuboid.places(&line, 1e-2).0.map(|place| place.unwrap().share);
+                let low = shares[0].min(shares[1]);
+                assert!((low - 0.5 + 0.05 / 0.14).abs() < 2e-3, "{tilt} {turn}: {shares:?}");
+                assert!((shares[0] + shares[1] - 1.0).abs() < 2e-3, "{tilt} {turn}: {shares:?}");
+            }
+        }
+        let steep = LineSegment { from: vector![-0.1, 0.0, 0.021], along: vector![0.2, 0.0, 0.02] };
+        assert_eq!(cuboid.places(&steep, 1.0).0.iter().flatten().count(), 1);
+        let mut n_next = 0;
+        for line in lines() {
+            let ([first, next], is_inside) = cuboid.places(&line, 1.0);
+            let (Some(first), Some(next)) = (first, next) else { continue };
+            if is_inside || first.height > next.height {
+                continue;
+            }
+            n_next += 1;
+            let foot = line.at(next.share) - next.height * next.normal;
+            assert!(cuboid.support(&next.normal) - next.normal.dot(&foot) < 1e-9, "{line:?} {next:?}");
+        }
+        assert!(n_next > 100, "{n_next}");
     }
 
     /// Moved out so far a line touches, and in no direction less would do. (The engine's penetration is none such for some lines: 7.6 mm
