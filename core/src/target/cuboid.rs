@@ -85,7 +85,7 @@ impl Cuboid {
         let places = match feature {
             NearFeature::Face { side, end } => self.over_face(line, side, end),
             NearFeature::Edge(place) if is_inside => [Some(place), None],
-            NearFeature::Edge(place) => self.along_edge(line, &place),
+            NearFeature::Edge(place) => self.along_edge(line, &place, reach),
         };
         (places.map(|place| place.filter(|place| place.height <= reach)), is_inside)
     }
@@ -140,25 +140,39 @@ impl Cuboid {
 
     /// The ends of a line's way along the edge that it is nearest to, where it is as near there as at its nearest `place`; else
     /// that alone.
-    fn along_edge(&self, line: &LineSegment, place: &NearPlace) -> [Option<NearPlace>; 2] {
+    fn along_edge(&self, line: &LineSegment, place: &NearPlace, reach: f64) -> [Option<NearPlace>; 2] {
         let edge = place.normal.iamin();
         let [enters, leaves] = self.crosses(line, edge);
         let both = [enters.max(0.0), leaves.min(1.0)].map(|share| self.above(line, share));
         let is_along =
             both[0].share < both[1].share && both.iter().all(|end| end.height <= place.height + FLAT);
-        if is_along { both.map(Some) } else { [Some(*place), self.next_edge(line, place)] }
+        if is_along { both.map(Some) } else { [Some(*place), self.next_edge(line, place, reach)] }
     }
 
-    /// The lowest place of a line outside above another edge than that of its `nearest` place: a line that hardly tilts over a face,
-    /// or passes a corner, meets that one next, before its nearest place is another.
-    fn next_edge(&self, line: &LineSegment, nearest: &NearPlace) -> Option<NearPlace> {
-        let all_ends = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
-        let is_next = |place: &NearPlace| (place.share - nearest.share).abs() > NEXT;
-        (0..3)
-            .flat_map(|edge| all_ends.map(|ends| (edge, ends)))
-            .filter_map(|(edge, ends)| self.above_edge(line, edge, ends))
-            .filter(is_next)
-            .min_by(|one, other| one.height.total_cmp(&other.height))
+    /// The lowest place of a line outside, within `reach` [m], above another edge than that of its `nearest` place: a line that hardly
+    /// tilts over a face, or passes a corner, meets that one next, before its nearest place is another.
+    fn next_edge(&self, line: &LineSegment, nearest: &NearPlace, reach: f64) -> Option<NearPlace> {
+        let to = line.at(1.0);
+        // Most edges are beside all of the line.
+        let is_near = |side: usize, end: f64| {
+            let (face, begin, to) = (end * self.half[side], line.from[side], to[side]);
+            begin.min(to) <= face + reach && face - reach <= begin.max(to)
+        };
+        let mut next: Option<NearPlace> = None;
+        for edge in 0..3 {
+            let [one, other] = sides_across(edge);
+            for ends in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+                if is_near(one, ends[0])
+                    && is_near(other, ends[1])
+                    && let Some(place) = self.above_edge(line, edge, ends)
+                    && (place.share - nearest.share).abs() > NEXT
+                    && next.is_none_or(|next| place.height < next.height)
+                {
+                    next = Some(place);
+                }
+            }
+        }
+        next
     }
 
     /// The place of a line outside above the edge along a side, at these `ends` of the sides across it: where the line is nearest to
