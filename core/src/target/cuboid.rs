@@ -22,7 +22,10 @@ const PARALLEL: f64 = 1e-6;
 const LEANS: f64 = 0.05;
 
 /// Two places of a line nearer than this share of its way are one [-].
-const NEXT: f64 = 0.02;
+pub const SAME_PLACE: f64 = 0.02;
+
+/// At which ends of the two sides across them the four edges along a side are.
+pub const EDGE_ENDS: [[f64; 2]; 4] = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
 /// A box around the origin of its frame, along its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +142,7 @@ impl Cuboid {
     }
 
     /// The ends of a line's way along the edge that it is nearest to, where it is as near there as at its nearest `place`; else
-    /// that alone.
+    /// that, and the next edge within `reach` [m].
     fn along_edge(&self, line: &LineSegment, place: &NearPlace, reach: f64) -> [Option<NearPlace>; 2] {
         let edge = place.normal.iamin();
         let [enters, leaves] = self.crosses(line, edge);
@@ -161,11 +164,11 @@ impl Cuboid {
         let mut next: Option<NearPlace> = None;
         for edge in 0..3 {
             let [one, other] = sides_across(edge);
-            for ends in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+            for ends in EDGE_ENDS {
                 if is_near(one, ends[0])
                     && is_near(other, ends[1])
                     && let Some(place) = self.above_edge(line, edge, ends)
-                    && (place.share - nearest.share).abs() > NEXT
+                    && (place.share - nearest.share).abs() > SAME_PLACE
                     && next.is_none_or(|next| place.height < next.height)
                 {
                     next = Some(place);

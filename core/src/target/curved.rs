@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::cuboid::{Cuboid, LineSegment, sides_across};
+use super::cuboid::{Cuboid, EDGE_ENDS, LineSegment, sides_across};
 use super::parts::{ConvexPart, Primitive};
 
 /// A cable less inclined to the axis of a round part, or to an edge, than this sine lies along it, and has no one nearest
@@ -80,7 +80,6 @@ impl ConvexPart {
             Primitive::Cylinder { radius, half_length } => vec![round(radius, half_length, false)],
             Primitive::Capsule { radius, half_length } => vec![round(radius, half_length, true)],
             Primitive::Cuboid { half } => {
-                let ends = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
                 let edge = |(along, [one, other]): (usize, [f64; 2])| {
                     let sides = sides_across(along);
                     let mut middle = Vector3::zeros();
@@ -95,7 +94,7 @@ impl ConvexPart {
                         faces: [turn * Vector3::ith(sides[0], one), turn * Vector3::ith(sides[1], other)],
                     }
                 };
-                (0..3).flat_map(|along| ends.map(|ends| (along, ends))).map(edge).collect()
+                (0..3).flat_map(|along| EDGE_ENDS.map(|ends| (along, ends))).map(edge).collect()
             }
             Primitive::Convex { .. } => Vec::new(),
         }

@@ -18,12 +18,9 @@ use crate::cable::Cable;
 use crate::net::Net;
 use crate::state::{Along, Contact};
 use crate::target::Target;
-use crate::target::cuboid::{Cuboid, LineSegment, NearPlace};
+use crate::target::cuboid::{Cuboid, LineSegment, NearPlace, SAME_PLACE};
 use crate::target::parts::{ConvexPart, Primitive};
 use crate::world::POINT_ERROR;
-
-/// Two places on one cable nearer than this share of its length are one contact.
-const SAME_PLACE: f64 = 0.02;
 
 /// A place nearer to a knot than this share of the cable is left to the knot. Not more: a knot that
 /// rests on a face a little beyond an edge leaves its cable to cut into that edge.
