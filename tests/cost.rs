@@ -15,6 +15,7 @@ use tumblenet::scene::Source;
 use tumblenet::step::mass_spring::dopri5;
 use tumblenet::study::cost::accuracy::Accuracy;
 use tumblenet::study::cost::calibration::calibrate;
+use tumblenet::study::cost::dials::DialKind;
 use tumblenet::study::cost::reference::{ReferenceRequest, reference};
 use tumblenet::study::cost::{self, Store, Study, StudyRequest};
 use tumblenet::study::ensemble::{self, EnsembleRequest};
@@ -181,6 +182,31 @@ fn without_contact_nothing_is_said_of_how_long_it_holds() {
     assert!(!study.verdicts.is_empty());
     assert!(study.verdicts.iter().all(|one| one.survival.is_none() && one.holding.is_none()));
     assert!(study.advice.for_holding.is_none() && !study.advice.sentence.contains("how long"));
+}
+
+/// Where runs to the scene's end are too dear, settings are measured in flight, and there is a front all the same.
+#[test]
+fn a_dear_scene_is_measured_until_contact_and_has_a_front() {
+    let mut scene = quick_capture();
+    scene["duration_s"] = json!(60.0);
+    let found = study(scene.clone(), 4.0);
+    let contact = found.reference.as_ref().and_then(|quality| quality.first_contact_s).unwrap();
+    let until = found.measured_until_s.expect("60 s are too dear");
+    assert!(0.0 < until && until < contact, "{until} {contact}");
+    assert!(found.written_cost.is_none() && found.verdicts.is_empty());
+    assert!(!found.fronts.is_empty() && found.fronts.iter().all(|front| !front.is_empty()));
+    assert!(found.settings[0].fronts.is_empty() || found.settings[0].error(0).is_some());
+    let measured: Vec<_> = found.settings.iter().filter(|one| one.worth.is_some()).collect();
+    assert!(measured.len() >= 12, "{} settings", measured.len());
+    assert!(measured.iter().all(|one| one.worth.as_ref().unwrap().ending.is_none()));
+    let of_contact = found.settings.iter().filter(|one| one.kind == DialKind::Contact);
+    assert!(of_contact.into_iter().all(|one| one.without.is_some()));
+
+    // Counts say what is too dear: with more to spend runs go to the end again.
+    scene["duration_s"] = json!(0.3);
+    let whole = study(scene, 10.0);
+    assert!(whole.measured_until_s.is_none() && whole.written_cost.is_some());
+    assert!(whole.settings[0].worth.as_ref().unwrap().ending.is_some());
 }
 
 /// Two settings that differ, a thread and none, and two that do not, one scene with other seeds.

@@ -275,6 +275,7 @@ fn notes(study: &Study) -> Vec<String> {
             "No reference: the budget did not suffice for one, so there are times and no errors.".to_owned(),
         );
     }
+    notes.extend(beyond_the_budget(study));
     for order in &study.orders {
         notes.push(format!(
             "Observed order of convergence, {}: {:.1} over {} steps.",
@@ -283,6 +284,29 @@ fn notes(study: &Study) -> Vec<String> {
     }
     notes.extend(study.advice.warnings.iter().map(|warning| format!("Turned the wrong way: {warning}.")));
     notes.extend(without(study));
+    notes
+}
+
+/// What of the study the budget did not pay for as a whole, a line each.
+fn beyond_the_budget(study: &Study) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let Some(until) = study.measured_until_s {
+        let written = study.written_cost.map_or_else(
+            || "one of the scene as written was ended, too".to_owned(),
+            |cost| format!("as written one costs {} per simulated second", seconds(cost)),
+        );
+        notes.push(format!(
+            "Settings are run until {until:.2} s only, and times are those of that flight: a budget of {} does not pay for \
+             enough runs to the scene's end ({written}).",
+            seconds(study.request.budget_s)
+        ));
+    }
+    if study.verdicts.is_empty() && study.settings.iter().any(|one| one.kind == DialKind::Contact) {
+        notes.push(
+            "No distributions after contact: what was left does not pay for two members of two settings."
+                .to_owned(),
+        );
+    }
     notes
 }
 

@@ -8,6 +8,7 @@
 //! | stage | does |
 //! |---|---|
 //! | [`budget`] | what the study may spend, and what a run costs |
+//! | [`first`] | the scene as written: what follows from it for all others |
 //! | [`dials`] | the settings |
 //! | [`reference`] | the free flight, known far better than any run, and where chaos ends that |
 //! | [`bench`], [`errors`], [`timing`] | what a run is worth, and what it costs |
@@ -24,6 +25,7 @@ pub mod budget;
 pub mod calibration;
 pub mod dials;
 pub mod errors;
+pub mod first;
 pub mod front;
 pub mod map;
 pub mod reference;
@@ -41,14 +43,14 @@ use crate::failure::Failure;
 use crate::limits::Limit;
 use crate::problems::Problems;
 use crate::provenance::Provenance;
-use crate::run::Run;
 use crate::scene::Source;
 
 use advice::Advice;
 use bench::BenchmarkRunner;
-use budget::Budget;
+use budget::Extent;
 use dials::DialKind;
 use errors::Evaluation;
+use first::FirstRun;
 use front::Order;
 use map::Map;
 use reference::{Quality, Reference, Window};
@@ -57,6 +59,9 @@ use verdicts::Verdicts;
 
 /// Frames of a run: time between them where a run lasts long enough [s].
 const SAMPLE: f64 = 0.01;
+
+/// Share of the budget that a run of the scene as written may cost [-].
+const FIRST: f64 = 0.25;
 
 /// What a study is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -96,6 +101,12 @@ pub struct Study {
     pub knot_radius_m: f64,
     /// How well the reference is known; null where there is none.
     pub reference: Option<Quality>,
+    /// How far settings were run, where runs to the scene's end were too dear [s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_until_s: Option<f64>,
+    /// What the scene as written costs to its end [s/s]; null where that was too dear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub written_cost: Option<f64>,
     /// Every setting.
     pub settings: Vec<MeasuredSetting>,
     /// Labels of those on the front of each window of the reference, from the cheapest to the most accurate.
@@ -193,30 +204,32 @@ pub fn run(
     let written = Case::build(source)?;
     let source = &studied(source, &written)?;
     let base = Case::build(source)?;
-    let first = Run::of(&base, |_| {})?;
-    let work = &first.work;
+    let first = FirstRun::of(&base, FIRST * whole)?;
     let shares = Shares::of(&base);
-    let mut spent = budget::price(&base, work);
+    let mut spent = budget::price(&base, &first.run.work);
 
     tell("the reference", spent);
-    let flight = flight(&base, first.extremes.first_contact, request, shares.reference * whole);
-    let reference = reference::reference(source, &base, &flight);
-    spent += shares.reference * whole;
+    let asked = shares.reference * whole;
+    let reference = reference::reference(source, &base, &flight(&base, &first, request, asked));
+    spent += asked;
 
     let settings = dials::settings(source, &base);
-    let mut bench = BenchmarkRunner::new(&settings, reference.as_ref(), store, work);
-    let mut budget = Budget::new((shares.survey * whole).min(whole - spent));
-    spent += budget.left();
-    bench.survey(&mut budget, |what| tell(what, shares.reference * whole));
-    // What the survey did not need is for the repeats.
-    budget.spend(-shares.repeats * whole);
-    bench.repeat(&mut budget, |what| tell(what, (shares.reference + shares.survey) * whole));
-    spent += shares.repeats * whole - budget.left();
+    let survey = (shares.survey * whole).min(whole - spent);
+    let cut = first.flight_only(source, &base, &settings, survey, reference.as_ref());
+    let in_flight = cut.as_ref().map(|(source, base)| dials::settings(source, base));
+    let extent = if cut.is_some() { Extent::Flight } else { Extent::Whole(&first.run.work) };
+    let mut bench =
+        BenchmarkRunner::new(in_flight.as_ref().unwrap_or(&settings), reference.as_ref(), store, extent);
+    if cut.is_none() {
+        bench.take_over(&first.run, first.seconds);
+    }
+    let before = spent;
+    spent += bench.measure_all(survey, shares.repeats * whole, |what, since| tell(what, before + since));
     let measured = bench.measured();
-    let prices: Vec<f64> = (0..settings.len()).map(|place| bench.price_of(place)).collect();
+    let prices = first.prices(&settings, &bench, extent);
 
     tell("stability", spent);
-    let opened = crate::metrics::deployment::Deployment::of(&base, &first).deployment_time_s;
+    let opened = crate::metrics::deployment::Deployment::of(&base, &first.run).deployment_time_s;
     let maps = map::maps(&base, opened.max(base.time_step().step), shares.maps * whole)?;
     spent += shares.maps * whole;
 
@@ -228,6 +241,8 @@ pub fn run(
         took_s: 0.0,
         side_m: base.net().designed_area.sqrt(),
         knot_radius_m: knot_radius(&base),
+        measured_until_s: cut.as_ref().map(|(_, case)| case.scene().duration_s.0),
+        written_cost: first.is_whole.then(|| first.seconds / base.scene().duration_s.0),
         fronts: fronts(&measured, reference.as_ref()),
         orders: orders(&measured, reference.as_ref()),
         reference: reference.map(|reference| reference.quality),
@@ -239,7 +254,7 @@ pub fn run(
     };
     if base.target().is_some() {
         let seed = request.seed;
-        let asked = verdicts::Asked { seed, seconds: whole - spent, work, prices: &prices };
+        let asked = verdicts::Asked { seed, seconds: whole - spent, work: &first.run.work, prices: &prices };
         study.verdicts =
             verdicts::distributions(source, &base, &settings, &asked, store, &mut |what| tell(what, spent));
     }
@@ -281,14 +296,15 @@ fn studied(source: &Source, written: &Case) -> Result<Source, Problems> {
 /// The flight that the reference is asked for: up to the frame before first contact.
 fn flight(
     base: &Case,
-    first_contact: Option<f64>,
+    first: &FirstRun,
     request: &StudyRequest,
     seconds: f64,
 ) -> reference::ReferenceRequest {
+    let end = first.end_of_flight();
     reference::ReferenceRequest {
-        times: flight_times(base, first_contact),
-        whole: first_contact.is_none() && base.target().is_none(),
-        first_contact,
+        times: flight_times(base, end),
+        whole: end.is_none() && base.target().is_none(),
+        first_contact: first.run.extremes.first_contact,
         seed: request.seed,
         seconds,
         at: request.at_s,

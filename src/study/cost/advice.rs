@@ -146,11 +146,12 @@ fn sentence(
     holding: Option<&Holding>,
 ) -> String {
     let mut parts = Vec::new();
+    let of_flight = if study.measured_until_s.is_some() { " of flight" } else { "" };
     // The accuracy asked for, or the nearest that is reached.
     let level = levels.iter().find(|level| level.accuracy_m <= ASKED * 1.001).or(levels.last());
     if let Some(level) = level {
         parts.push(format!(
-            "for {} before contact (known until {:.2} s) use {}: it costs {} of processor time per simulated second",
+            "for {} before contact (known until {:.2} s) use {}: it costs {} of processor time per simulated second{of_flight}",
             length(level.accuracy_m),
             level.until_s,
             level.label,
@@ -177,7 +178,7 @@ fn sentence(
             (written.cost, study.windows().len().checked_sub(1).and_then(|last| written.error(last)))
     {
         parts.push(format!(
-            "as written the scene costs {} and errs by {}",
+            "as written the scene costs {}{of_flight} and errs by {}",
             seconds(cost.median),
             length(error)
         ));

@@ -4,15 +4,16 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::budget::{self, Budget};
-use super::dials::DialSetting;
+use super::budget::{Budget, Extent};
+use super::dials::{DialKind, DialSetting};
 use super::errors::Evaluation;
 use super::reference::{Reference, Window};
 use super::timing::{Cost, timed_while};
 use super::{MeasuredSetting, Store, front_of, knot_radius};
 use crate::case::Case;
+use crate::failure::Failure;
 use crate::problems::Problem;
-use crate::work::Work;
+use crate::run::Run;
 
 /// How the word on a setting begins that the budget did not cover.
 pub const LEFT_OUT: &str = "left out";
@@ -45,6 +46,8 @@ enum LeftOut {
     Unpaid(f64),
     /// It was ended when it had cost that [s].
     Ended(f64),
+    /// It differs in contact only, and runs end before that.
+    Alike,
 }
 
 impl fmt::Display for LeftOut {
@@ -52,6 +55,7 @@ impl fmt::Display for LeftOut {
         match self {
             LeftOut::Unpaid(seconds) => write!(f, "{LEFT_OUT}: about {seconds:.1} s"),
             LeftOut::Ended(seconds) => write!(f, "{LEFT_OUT}: more than {seconds:.1} s"),
+            LeftOut::Alike => write!(f, "{LEFT_OUT}: alike before contact"),
         }
     }
 }
@@ -63,29 +67,58 @@ pub struct BenchmarkRunner<'a, S> {
     store: &'a S,
     samples: Vec<Vec<Sample>>,
     left_out: Vec<Option<LeftOut>>,
-    /// Work of the scene as written, for forecasts.
-    written: &'a Work,
+    /// How far the runs go.
+    extent: Extent<'a>,
 }
 
 impl<'a, S: Store> BenchmarkRunner<'a, S> {
-    /// A bench for `settings` of a scene that, as written, is the work `written`.
+    /// A bench for `settings`, the scene as written first, whose runs go as far as `extent` says.
     pub fn new(
         settings: &'a [DialSetting],
         reference: Option<&'a Reference>,
         store: &'a S,
-        written: &'a Work,
+        extent: Extent<'a>,
     ) -> Self {
         let (samples, left_out) = (vec![Vec::new(); settings.len()], vec![None; settings.len()]);
-        BenchmarkRunner { settings, reference, store, samples, left_out, written }
+        BenchmarkRunner { settings, reference, store, samples, left_out, extent }
+    }
+
+    /// Takes over a run of the scene as written that was done before, in `seconds` of processor time: it is not done again.
+    pub fn take_over(&mut self, run: &Run, seconds: f64) {
+        let Ok(case) = &self.settings[0].case else { return };
+        let sample = self.known(0, 0).unwrap_or_else(|| {
+            let sample = self.sample_of(case, Ok(run), seconds);
+            self.store.keep(case, "measured", 0, &sample);
+            sample
+        });
+        self.samples[0].push(sample);
+    }
+
+    /// Each setting once for `survey` seconds, then those worth it again for `repeats` and what was left; what that cost [s]. `tell`
+    /// hears what is done and about what has been spent [s].
+    pub fn measure_all(&mut self, survey: f64, repeats: f64, mut tell: impl FnMut(&str, f64)) -> f64 {
+        let mut budget = Budget::new(survey);
+        self.survey(&mut budget, |what| tell(what, 0.0));
+        budget.spend(-repeats);
+        let left = budget.left();
+        self.repeat(&mut budget, |what| tell(what, survey + repeats - left));
+        survey + repeats - budget.left()
     }
 
     /// Each setting once, the cheapest first, as far as the budget goes.
-    pub fn survey(&mut self, budget: &mut Budget, mut tell: impl FnMut(&str)) {
+    fn survey(&mut self, budget: &mut Budget, mut tell: impl FnMut(&str)) {
         let mut order: Vec<(f64, usize)> = (0..self.settings.len()).map(|i| (self.forecast(i), i)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         // The scene as written always, and first: the others are set against it.
         order.sort_by_key(|(_, place)| *place != 0);
         for (forecast, place) in order {
+            if !self.samples[place].is_empty() {
+                continue;
+            }
+            if matches!(self.extent, Extent::Flight) && self.settings[place].kind == DialKind::Contact {
+                self.left_out[place] = Some(LeftOut::Alike);
+                continue;
+            }
             if place != 0 && !budget.covers(forecast) {
                 self.left_out[place] = Some(LeftOut::Unpaid(forecast));
                 continue;
@@ -97,7 +130,7 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
 
     /// The front and what is near it again and again, one after the other, so that a machine that
     /// slows down slows all of them.
-    pub fn repeat(&mut self, budget: &mut Budget, mut tell: impl FnMut(&str)) {
+    fn repeat(&mut self, budget: &mut Budget, mut tell: impl FnMut(&str)) {
         for repeat in 1..REPEATS {
             for place in self.near_front() {
                 if self.samples[place].len() == repeat && budget.covers(self.price_of(place)) {
@@ -110,13 +143,13 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
 
     /// What a setting will cost [s]; nothing where it is refused.
     fn forecast(&self, place: usize) -> f64 {
-        self.settings[place].case.as_ref().map_or(0.0, |case| budget::forecast(case, self.written))
+        self.settings[place].case.as_ref().map_or(0.0, |case| self.extent.forecast(case))
     }
 
     /// What a sample cost, by its counts [s]: the same whether it was measured now or before.
     fn price(&self, place: usize, sample: &Sample) -> f64 {
         match (&self.settings[place].case, &sample.outcome) {
-            (Ok(case), Ok(worth)) => budget::price(case, &worth.counts.work()),
+            (Ok(case), Ok(worth)) => self.extent.price(case, &worth.counts.work()),
             _ => self.forecast(place),
         }
     }
@@ -154,12 +187,22 @@ impl<'a, S: Store> BenchmarkRunner<'a, S> {
 
     /// A run of a setting that costs at most `allowed` by its counts [s]; none where it costs more.
     fn sample(&self, case: &Case, allowed: f64) -> Option<Sample> {
-        let (run, seconds) = timed_while(case, |work| budget::price(case, work) <= allowed);
-        let outcome = match run {
-            Ok(run) => Ok(Evaluation::of(case, &run?, self.reference)),
-            Err(failure) => Err(failure.to_string()),
-        };
-        Some(Sample { windows: self.windows(), cost: seconds / case.scene().duration_s.0, outcome })
+        let (done, seconds) = timed_while(case, |work| self.extent.price(case, work) <= allowed);
+        match &done {
+            Ok((_, false)) => None,
+            Ok((run, true)) => Some(self.sample_of(case, Ok(run), seconds)),
+            Err(failure) => Some(self.sample_of(case, Err(failure), seconds)),
+        }
+    }
+
+    /// What a run of `case` was worth, and that it took `seconds` of processor time.
+    fn sample_of(&self, case: &Case, run: Result<&Run, &Failure>, seconds: f64) -> Sample {
+        let mut outcome =
+            run.map(|run| Evaluation::of(case, run, self.reference)).map_err(ToString::to_string);
+        if let (Extent::Flight, Ok(worth)) = (self.extent, &mut outcome) {
+            worth.ending = None;
+        }
+        Sample { windows: self.windows(), cost: seconds / case.scene().duration_s.0, outcome }
     }
 
     /// What a run of a setting costs, by the counts of one where there is one, and else as foreseen [s]; infinite where it was ended.
@@ -239,6 +282,7 @@ mod tests {
     use super::*;
     use crate::scene::Source;
     use crate::study::cost::dials;
+    use crate::work::Work;
     use serde::Serialize;
     use serde::de::DeserializeOwned;
 
@@ -263,7 +307,7 @@ mod tests {
         let (settings, nothing) = (dials::settings(&source, &base), Work::default());
         let place = settings.iter().position(|setting| setting.label == "joints 1 ms").unwrap();
         let case = settings[place].case.as_ref().unwrap();
-        let mut bench = BenchmarkRunner::new(&settings, None, &Forgetful, &nothing);
+        let mut bench = BenchmarkRunner::new(&settings, None, &Forgetful, Extent::Whole(&nothing));
         let forecast = bench.price_of(place);
         assert!(forecast > 0.0 && forecast.is_finite());
 
@@ -275,7 +319,7 @@ mod tests {
         assert!(told.starts_with(LEFT_OUT) && bench.price_of(place).is_infinite(), "{told}");
         assert!(measured[0].cost.is_some() && bench.price_of(0).is_finite() && budget.left() == 0.0);
 
-        let mut bench = BenchmarkRunner::new(&settings, None, &Forgetful, &nothing);
+        let mut bench = BenchmarkRunner::new(&settings, None, &Forgetful, Extent::Whole(&nothing));
         bench.measure(place, &mut Budget::new(1e3));
         let (price, counts) = (bench.price_of(place), bench.measured()[place].worth.clone().unwrap().counts);
         assert_eq!(counts.work().substeps, crate::run::Run::of(case, |_| {}).unwrap().work.substeps);

@@ -117,6 +117,33 @@ pub fn forecast(case: &Case, known: &Work) -> f64 {
     price(case, &work)
 }
 
+/// How far runs of settings go.
+#[derive(Clone, Copy)]
+pub enum Extent<'a> {
+    /// To the scene's end; the work of a run of it as written is known.
+    Whole(&'a Work),
+    /// Until net and target meet.
+    Flight,
+}
+
+impl Extent<'_> {
+    /// What a run of `case` that goes so far will cost [s].
+    pub fn forecast(self, case: &Case) -> f64 {
+        match self {
+            Extent::Whole(known) => forecast(case, known),
+            Extent::Flight => forecast_flight(case),
+        }
+    }
+
+    /// What one cost that did `work` [s].
+    pub fn price(self, case: &Case, work: &Work) -> f64 {
+        match self {
+            Extent::Whole(_) => price(case, work),
+            Extent::Flight => price_without_effects(case, work),
+        }
+    }
+}
+
 /// What a run of `case` will cost that ends before net and target meet, where effects have little to do [s].
 pub fn forecast_flight(case: &Case) -> f64 {
     price_without_effects(case, &work_in_flight(case))

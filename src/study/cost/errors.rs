@@ -56,7 +56,7 @@ pub struct Evaluation {
     pub max_tension_n: f64,
     /// What was kept.
     pub conservation: Conservation,
-    /// How it ended; absent without a target.
+    /// How it ended; absent without a target, and of a run that ends before contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ending: Option<Ending>,
     /// Work done: exact.

@@ -9,16 +9,15 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::budget::{Budget, forecast};
+use super::budget::{Budget, Extent};
+use super::timing::timed_while;
 use crate::cable::Cable;
 use crate::case::Case;
 use crate::net::Net;
 use crate::options::TimeStep;
 use crate::problems::Problems;
-use crate::run::Run;
 use crate::solver::{Flight, JOINTS_STEP, Solver};
 use crate::step::mass_spring::stability::stable_step;
-use crate::work::Work;
 
 /// Factors on the stiffness.
 const STIFFNESS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
@@ -28,6 +27,9 @@ const SHARES: [f64; 12] = [0.03, 0.06, 0.1, 0.2, 0.4, 0.7, 1.4, 2.5, 5.0, 10.0, 
 
 /// Steps of the engine [s].
 const STEPS: [f64; 6] = [2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2];
+
+/// Cells that are run beside each other, for at most all of what is left.
+const TOGETHER: usize = 2;
 
 /// Gain over the launch energy from which a run counts as unstable [-].
 pub const UNSTABLE: f64 = 0.1;
@@ -73,22 +75,31 @@ pub fn maps(base: &Case, opened_s: f64, seconds: f64) -> Result<Vec<Map>, Proble
     let explicit: Vec<_> = SHARES.into_iter().map(explicit).collect::<Result<_, Problems>>()?;
     let joints: Vec<_> = STEPS.into_iter().map(joints).collect::<Result<_, Problems>>()?;
     let map = |method: &str, cases: &[(f64, Case)], limit: Vec<(f64, f64)>| {
-        let mut budget = Budget::new(0.5 * seconds);
         // Long steps first: they are cheap, and the limit lies among them.
-        let order = cases.iter().rev().flat_map(|case| STIFFNESS.map(|factor| (case, factor)));
-        let paid = |((_, case), _): &(&(f64, Case), f64)| {
-            budget.spend(forecast(case, &Work::default()));
-            budget.covers(0.0)
-        };
-        let all: Vec<(&(f64, Case), f64)> = order.take_while(paid).collect();
-        let cell = |&((step, case), stiffness): &(&(f64, Case), f64)| Cell {
-            stiffness,
-            step_s: *step,
-            gain: gain(case, stiffness),
-        };
-        Map { method: method.to_owned(), cells: all.par_iter().with_max_len(1).map(cell).collect(), limit }
+        let order: Vec<(&(f64, Case), f64)> =
+            cases.iter().rev().flat_map(|case| STIFFNESS.map(|factor| (case, factor))).collect();
+        Map { method: method.to_owned(), cells: cells(&order, Budget::new(0.5 * seconds)), limit }
     };
     Ok(vec![map("explicit, symplectic", &explicit, limit.to_vec()), map("joints", &joints, Vec::new())])
+}
+
+/// The cells of step and case, and factor on the stiffness, in this `order`, as far as the `budget` goes.
+fn cells(order: &[(&(f64, Case), f64)], mut budget: Budget) -> Vec<Cell> {
+    let mut cells = Vec::new();
+    for together in order.chunks(TOGETHER) {
+        // Of a stiff net nothing foretells into how many parts steps are cut.
+        let allowed = budget.left() / TOGETHER as f64;
+        let run = |&((step, case), stiffness): &(&(f64, Case), f64)| {
+            let (gain, cost) = gain(case, stiffness, allowed);
+            (gain.map(|gain| Cell { stiffness, step_s: *step, gain }), cost)
+        };
+        let run: Vec<(Option<Cell>, f64)> = together.par_iter().with_max_len(1).map(run).collect();
+        for (cell, cost) in run {
+            cells.extend(cell);
+            budget.spend(cost);
+        }
+    }
+    cells
 }
 
 /// The net of `base` without target and effects.
@@ -124,10 +135,23 @@ fn stiffened(net: &Net, factor: f64) -> Net {
     Net { cables: net.cables.iter().map(stiffer).collect(), ..net.clone() }
 }
 
-fn gain(case: &Case, stiffness: f64) -> Option<f64> {
-    let case = case.clone().changed(|built| built.net = stiffened(&built.net, stiffness)).ok()?;
-    let run = Run::of(&case, |_| {}).ok()?;
+/// What the net of `case` gains with so many times its `stiffness`, none where that ends in no number, and what the run cost [s];
+/// nothing where that is more than `allowed`.
+fn gain(case: &Case, stiffness: f64, allowed: f64) -> (Option<Option<f64>>, f64) {
+    let Ok(case) = case.clone().changed(|built| built.net = stiffened(&built.net, stiffness)) else {
+        return (Some(None), 0.0);
+    };
+    if Extent::Flight.forecast(&case) > allowed {
+        return (None, 0.0);
+    }
+    let (done, _) = timed_while(&case, |work| Extent::Flight.price(&case, work) <= allowed);
+    let run = match done {
+        Ok((run, true)) => run,
+        Ok(_) => return (None, allowed),
+        Err(_) => return (Some(None), Extent::Flight.forecast(&case)),
+    };
     let launch = case.net().launch_energy().max(f64::MIN_POSITIVE);
     let gains = run.frames.ledger.iter().map(|ledger| ledger.own() / launch - 1.0);
-    Some(gains.fold(0.0, f64::max)).filter(|gain| gain.is_finite())
+    let gain = gains.fold(0.0, f64::max);
+    (Some(Some(gain).filter(|gain| gain.is_finite())), Extent::Flight.price(&case, &run.work))
 }

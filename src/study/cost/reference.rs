@@ -41,6 +41,9 @@ pub const PERTURB: f64 = 1e-9;
 /// Runs of each integrator.
 const RUNS: usize = 6;
 
+/// Fewest, where more cannot be paid: one, a coarser one, and one from another start.
+const FEWEST_RUNS: usize = 3;
+
 /// Local error of the located integrator over the net's side [-]: of its first run, and of the others.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-13];
 
@@ -137,6 +140,7 @@ struct ReferenceRun {
 }
 
 /// What a reference is asked for.
+#[derive(Clone)]
 pub struct ReferenceRequest {
     /// Times of its frames [s], from 0.
     pub times: Vec<f64>,
@@ -157,7 +161,8 @@ pub struct ReferenceRequest {
 /// Nothing when no two runs of one integrator reached two frames for what it may cost.
 pub fn reference(source: &Source, base: &Case, request: &ReferenceRequest) -> Option<Reference> {
     let quiet = !Interactions::new(base.scene().effects.build(&base.context())).act();
-    let mut groups = flown(source, base, request, quiet);
+    let (runs, request) = &affordable(base, request, quiet);
+    let mut groups = flown(source, base, request, quiet, *runs);
     let mut methods = integrators(quiet).map(|integrator| match integrator {
         Integrator::Located => "Dormand-Prince 5(4), switches located".to_owned(),
         stepped => name(stepped),
@@ -183,10 +188,43 @@ fn integrators(quiet: bool) -> [Integrator; 2] {
     }
 }
 
-/// The runs of the two integrators.
-fn flown(source: &Source, base: &Case, request: &ReferenceRequest, quiet: bool) -> [Vec<ReferenceRun>; 2] {
+/// Runs of each integrator, and of the flight of `request` as much, that can be fine for what it may cost: a large net that flies for
+/// long is known for a part of its flight, by fewer runs.
+fn affordable(base: &Case, request: &ReferenceRequest, quiet: bool) -> (usize, ReferenceRequest) {
+    let Some(&end) = request.times.last() else { return (FEWEST_RUNS, request.clone()) };
+    let rough = ROUGH * stable_step(base.net());
+    // Of a step that is rough, over that what a run may cost.
+    let dear = |runs: usize| {
+        let stepped = integrators(quiet).into_iter().filter(|one| *one != Integrator::Located);
+        let shortest = stepped.map(|one| shortest_step(base, end, one, request.seconds / (2 * runs) as f64));
+        shortest.fold(0.0, f64::max) / rough
+    };
+    let runs = (FEWEST_RUNS..=RUNS).rev().find(|&runs| dear(runs) <= 1.0);
+    let runs = runs.unwrap_or(FEWEST_RUNS);
+    let until = end / dear(runs).max(1.0);
+    let mut request = request.clone();
+    request.times.retain(|time| *time <= until + 1e-9);
+    request.whole &= until >= end;
+    (runs, request)
+}
+
+/// The shortest step of a flight of the net of `base` until `end` [s] with an `integrator` of the explicit net that `allowed` seconds
+/// pay for [s].
+fn shortest_step(base: &Case, end: f64, integrator: Integrator, allowed: f64) -> f64 {
+    let solver = Solver { integrator, ..base.scene().solver.with_pair("explicit+impulse") };
+    budget::shortest_step(base.net(), end, &solver, allowed)
+}
+
+/// The runs of the two integrators, so many of each.
+fn flown(
+    source: &Source,
+    base: &Case,
+    request: &ReferenceRequest,
+    quiet: bool,
+    runs: usize,
+) -> [Vec<ReferenceRun>; 2] {
     // A fair share for each run, so that one does not starve the others.
-    let allowed = request.seconds / (2 * RUNS) as f64;
+    let allowed = request.seconds / (2 * runs) as f64;
     let fly = |index: usize| {
         let member = index / 2;
         match integrators(quiet)[index % 2] {
@@ -194,7 +232,7 @@ fn flown(source: &Source, base: &Case, request: &ReferenceRequest, quiet: bool) 
             integrator => stepped(source, base, integrator, member, request, allowed),
         }
     };
-    let all: Vec<Option<ReferenceRun>> = (0..2 * RUNS).into_par_iter().with_max_len(1).map(fly).collect();
+    let all: Vec<Option<ReferenceRun>> = (0..2 * runs).into_par_iter().with_max_len(1).map(fly).collect();
     // A run that was stopped early would shorten all of them.
     let longest = all.iter().flatten().map(|run| run.knots.len()).max().unwrap_or(0);
     let mut groups = [Vec::new(), Vec::new()];
@@ -231,8 +269,7 @@ fn stepped(
     allowed: f64,
 ) -> Option<ReferenceRun> {
     let end = *request.times.last()?;
-    let solver = Solver { integrator, ..base.scene().solver.with_pair("explicit+impulse") };
-    let shortest = budget::shortest_step(base.net(), end, &solver, allowed);
+    let shortest = shortest_step(base, end, integrator, allowed);
     let stable = stable_step(base.net());
     let step = (FINE * stable).max(shortest);
     if step > ROUGH * stable {

@@ -19,8 +19,8 @@ pub fn timed(case: &Case) -> (Result<Run, Failure>, f64) {
     clocked(|| Run::of(case, |_| {}))
 }
 
-/// The same while what it counted is `covered`, as it is asked at every frame; no run where it is not.
-pub fn timed_while(case: &Case, covered: impl Fn(&Work) -> bool) -> (Result<Option<Run>, Failure>, f64) {
+/// The same while what it counted is `covered`, as it is asked at every frame; and whether it went to its end.
+pub fn timed_while(case: &Case, covered: impl Fn(&Work) -> bool) -> (Result<(Run, bool), Failure>, f64) {
     clocked(|| while_covered(case, covered))
 }
 
@@ -30,16 +30,16 @@ fn clocked<T>(act: impl FnOnce() -> T) -> (T, f64) {
     (done, clock.elapsed().as_secs_f64())
 }
 
-fn while_covered(case: &Case, covered: impl Fn(&Work) -> bool) -> Result<Option<Run>, Failure> {
+fn while_covered(case: &Case, covered: impl Fn(&Work) -> bool) -> Result<(Run, bool), Failure> {
     let mut simulation = Simulation::new(case);
     let mut recorder = Recorder::start(case, &mut simulation, case.scene().duration_s.0);
-    while !recorder.is_full() {
+    let mut goes_on = true;
+    while goes_on && !recorder.is_full() {
         simulation.step()?;
-        if recorder.record(case, &mut simulation) && !covered(&simulation.work) {
-            return Ok(None);
-        }
+        goes_on = !recorder.record(case, &mut simulation) || covered(&simulation.work);
     }
-    Ok(Some(recorder.finish(case, &mut simulation)))
+    let is_whole = recorder.is_full();
+    Ok((recorder.finish(case, &mut simulation), is_whole))
 }
 
 /// Processor time per simulated second over repeats.

@@ -187,7 +187,7 @@ fn judged(members: &[VerdictMember]) -> Vec<(Capture, f64)> {
 }
 
 /// The cases and the number of members of each that `seconds` pay for, by the price of each: of all cases, or of those that are
-/// left when the dearest, but never the first, are taken out until there are [`MIN_MEMBERS`]; of two at least two.
+/// left when the dearest, but never the first, are taken out until there are [`MIN_MEMBERS`]; of two at least two, or nothing at all.
 fn affordable<'a>(
     mut cases: Vec<(&'a str, &'a Case, f64)>,
     seconds: f64,
@@ -199,9 +199,10 @@ fn affordable<'a>(
             Some(dearest) if members < MIN_MEMBERS && cases.len() > 2 => {
                 cases.remove(dearest);
             }
+            _ if members < 2 => return (Vec::new(), 0),
             _ => {
                 let cases = cases.into_iter().map(|(label, case, _)| (label, case)).collect();
-                return (cases, members.clamp(2, MAX_MEMBERS));
+                return (cases, members.min(MAX_MEMBERS));
             }
         }
     }
