@@ -78,7 +78,7 @@ impl<'a> BuildContext<'a> {
         match self.solver.contact {
             ContactModel::Impulse => true,
             ContactModel::Penalty => false,
-            ContactModel::Rapier => self.options.cables_touch && self.bounce_alike_in_turn(),
+            ContactModel::Rapier => self.options.strands_touch.is_none() || self.bounce_alike_in_turn(),
         }
     }
 

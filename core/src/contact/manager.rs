@@ -25,7 +25,7 @@ use crate::target::Target;
 use crate::world::World;
 
 /// Speed that the engine's cables may give a place on a cable, or a knot, within a step [m/s]: nearer than that, it has a row. Where knots have none
-/// they are drawn in until [`SurfaceContacts::lacks`] tells: with 1 m/s one knot of `stress e-6` came 8.4 of its radius deep, with 3, 10 and
+/// they are drawn in until [`RowSource::lacks`] tells: with 1 m/s one knot of `stress e-6` came 8.4 of its radius deep, with 3, 10 and
 /// 30 m/s none deeper than a tenth of it.
 const DRAWN_IN: f64 = 1.0;
 const DRAWN_IN_KNOTS: f64 = 10.0;
@@ -185,15 +185,6 @@ impl ContactManager {
         if let ContactManager::Own(own) = self {
             own.forget();
         }
-    }
-
-    /// Whether impulses of ours gave knots too little for a part of `step` seconds in which the engine moved them from `start` to `end`: see
-    /// [`SurfaceContacts::lacks`].
-    pub fn lacks(&mut self, start: &State, end: &State, step: f64) -> bool {
-        self.by_impulse().is_some_and(|own| {
-            let bodies = [&start.bodies[TARGET], &end.bodies[TARGET]];
-            own.lacks([&start.knots, &end.knots], bodies, step)
-        })
     }
 
     /// Before a step of `step` seconds from `state`: finds the planes anew where they are stale.

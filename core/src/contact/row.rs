@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 
 use super::InverseInertia;
 use crate::solver::JOINTS_STEP;
-use crate::state::{Body, Knots};
+use crate::state::{Body, Knots, State};
 
 /// A contact within one (sub-)step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,8 +80,15 @@ pub trait NetMotion {
 
 /// Finds contacts as rows, and leaves it to others to solve them, together with rows of other sources.
 pub trait RowSource {
-    /// Adds the rows of a (sub-)step of `step` seconds.
-    fn add_rows(&mut self, net: &MarkedKnots<'_>, body: &Body, step: f64, rows: &mut Vec<ContactRow>);
+    /// Adds the rows of a (sub-)step of `step` seconds, perhaps for one that was answered and is answered `again`, with what was given.
+    fn add_rows(
+        &mut self,
+        net: &MarkedKnots<'_>,
+        body: &Body,
+        step: f64,
+        again: bool,
+        rows: &mut Vec<ContactRow>,
+    );
 
     /// Takes over what its `rows` were solved to, and marks their knots, while the target went from the first to the second of `bodies`.
     fn take_rows(&mut self, rows: &[ContactRow], net: &mut MarkedKnots<'_>, bodies: [&Body; 2], step: f64);
@@ -98,6 +105,12 @@ pub trait RowSource {
     /// After a method that moves cables by itself moved `net` for a part of `step` seconds: changes velocities by what it should have
     /// given in advance, and marks their knots. The part is done again with that.
     fn correct(&mut self, _net: &mut MarkedKnots<'_>, _step: f64) {}
+
+    /// Whether it gave too little for such a part, in which the state went from the first to the second of these: the part is done again, and
+    /// it is asked for more.
+    fn lacks(&mut self, _states: [&State; 2], _step: f64) -> bool {
+        false
+    }
 }
 
 /// The knots of a state, with marks on those that contacts moved.

@@ -314,7 +314,7 @@ impl StrandContacts {
         let (mut body, target) = of_target.unwrap_or_else(|| (Body::at_rest(), InverseInertia::default()));
         let mut rows = std::mem::take(&mut self.rows);
         rows.clear();
-        self.add_rows(net, &body, step, &mut rows);
+        self.add_rows(net, &body, step, false, &mut rows);
         if !rows.is_empty() {
             let target = target.at(&body);
             self.solver.solve(&mut rows, net, &mut body, &target, step);
@@ -497,7 +497,7 @@ impl StrandContacts {
 }
 
 impl RowSource for StrandContacts {
-    fn add_rows(&mut self, net: &MarkedKnots<'_>, _: &Body, step: f64, rows: &mut Vec<ContactRow>) {
+    fn add_rows(&mut self, net: &MarkedKnots<'_>, _: &Body, step: f64, _: bool, rows: &mut Vec<ContactRow>) {
         let way = step * closing_speed(net.knots);
         self.approach(net.knots, NEAR * way);
         self.find_rows(net, step, NEAR * way, rows);

@@ -19,6 +19,7 @@ use crate::contact::{ContactManager, InverseInertia};
 use crate::friction::Law;
 use crate::interaction::Interactions;
 use crate::options::BuildContext;
+use crate::solver::ContactModel;
 use crate::state::{Body, State, TARGET, Tie};
 
 /// Contacts that share one problem: all rows of a sub-step.
@@ -43,6 +44,8 @@ impl SharedContacts {
     pub fn new(context: &BuildContext<'_>) -> SharedContacts {
         let BuildContext { net, target, options, .. } = *context;
         let in_turn = !context.acts_in_substeps;
+        let cables_alone = options.strands_touch.is_none() && context.solver.contact == ContactModel::Rapier;
+        let ahead = if cables_alone { IterationLimits::AHEAD } else { IterationLimits::AHEAD_OF_STRANDS };
         SharedContacts {
             limits: match (options.strands_touch, options.has_constraints) {
                 (None, _) => IterationLimits::WHOLE,
@@ -50,7 +53,7 @@ impl SharedContacts {
                 (Some(_), true) => IterationLimits::OF_DRAWN_STRANDS,
             },
             friction: options.friction,
-            lookahead: in_turn.then(|| Lookahead::new(net, IterationLimits::AHEAD_OF_STRANDS)),
+            lookahead: in_turn.then(|| Lookahead::new(net, ahead)),
             target: target.map(|target| InverseInertia::of(&target.model())),
             ..SharedContacts::default()
         }
@@ -70,7 +73,24 @@ impl SharedContacts {
         }
     }
 
-    /// Solves what the laws of `with` find in a sub-step of `step` seconds, and what `knots` find where impulses answer it.
+    /// Whether the sources gave too little for a part of `step` seconds, in which a method that moved net and target after they had acted led
+    /// from the first to the second of `states`: see [`RowSource::lacks`].
+    pub fn lack(
+        &self,
+        knots: &mut ContactManager,
+        with: &mut Interactions,
+        states: [&State; 2],
+        step: f64,
+    ) -> bool {
+        let mut lack = false;
+        for touches_target in [true, false] {
+            each_source(knots, with, touches_target, &mut |source| lack |= source.lacks(states, step));
+        }
+        lack
+    }
+
+    /// Solves what the laws of `with` find in a sub-step of `step` seconds, and what `knots` find where impulses answer it; `again` for the same
+    /// one, where they lacked something.
     pub fn solve(
         &mut self,
         knots: &mut ContactManager,
@@ -78,6 +98,7 @@ impl SharedContacts {
         net: &mut MarkedKnots<'_>,
         bodies: &mut [Body],
         step: f64,
+        again: bool,
     ) {
         let mut nobody = Body::at_rest();
         let body = match self.target {
@@ -90,7 +111,7 @@ impl SharedContacts {
         let mut n_with_target = 0;
         for touches_target in [true, false] {
             each_source(knots, with, touches_target, &mut |source| {
-                source.add_rows(net, body, step, rows);
+                source.add_rows(net, body, step, again, rows);
                 ends.push(rows.len());
             });
             if touches_target {

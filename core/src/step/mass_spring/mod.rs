@@ -276,7 +276,7 @@ impl MassSpring {
             with.solve_contacts(knots, before, bodies, self.substep, touched);
             if with.share_rows() {
                 let mut net = MarkedKnots { knots, before, inverse_mass: &self.inverse_mass, touched };
-                self.shared.solve(&mut self.contacts, with, &mut net, bodies, self.substep);
+                self.shared.solve(&mut self.contacts, with, &mut net, bodies, self.substep, false);
             }
         }
         let mut acted = false;

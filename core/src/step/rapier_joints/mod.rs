@@ -429,7 +429,7 @@ impl RapierJoints {
                 self.books.give(knot, impulse, &start.knots.position[knot], &start.bodies);
             }
         }
-        let lacks = self.contacts.lacks(&self.answered_start, state, step);
+        let lacks = self.shared.lack(&mut self.contacts, with, [&self.answered_start, state], step);
         if added.is_some() || lacks {
             state.clone_from(&self.answered_start);
             self.world.write(state);
@@ -478,7 +478,7 @@ impl RapierJoints {
         if with.share_rows() || self.contacts.is_by_impulse() {
             let (inverse_mass, touched) = (self.inverse_mass.as_slice(), self.touched.as_mut_slice());
             let mut net = MarkedKnots { knots, before, inverse_mass, touched };
-            self.shared.solve(&mut self.contacts, with, &mut net, bodies, step);
+            self.shared.solve(&mut self.contacts, with, &mut net, bodies, step, again);
         }
         if !again && (with.bounce() || self.contacts.bounce()) {
             self.answered.clone_from(&state.knots.velocity);
