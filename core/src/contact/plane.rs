@@ -23,6 +23,8 @@ pub struct ContactPlane {
     pub foot: Vector3<f64>,
     /// Which of its part's ridges it is on, where a cable is followed along it.
     pub ridge: Option<usize>,
+    /// Whether its cable ends before that ridge, and may come across it: until it does, there is nothing to keep out.
+    pub waits: bool,
     /// Impulse within the last sub-step [N s].
     pub impulse: f64,
     /// Of that, what was given before it was answered again [N s].
@@ -102,6 +104,7 @@ impl ContactPlane {
             radius,
             foot,
             ridge: None,
+            waits: false,
             impulse: 0.0,
             given: 0.0,
             lacking: 0.0,

@@ -334,10 +334,16 @@ impl SurfaceContacts {
         for &index in &self.awake {
             let plane = &mut self.planes[index];
             if let Feature::Cables(cables) = &self.feature {
-                if self.rules.drawn_in.is_none() && plane.is_clear(net, body, &turn, step) {
+                let is_clear = self.rules.drawn_in.is_none() && plane.is_clear(net, body, &turn, step);
+                if !is_clear && cables.follow_ridge(plane, net, body, &turn, step) {
+                    plane.waits = false;
+                }
+                if plane.waits {
+                    plane.record.gap = f64::INFINITY;
+                }
+                if is_clear || plane.waits {
                     continue;
                 }
-                cables.follow_ridge(plane, net, body, &turn);
             }
             let Some(place) = plane.predict(net, body, &turn, step, self.rules.drawn_in) else { continue };
             if self.solver.holds_against(plane) {
@@ -388,7 +394,7 @@ impl SurfaceContacts {
         let energy = |plane: &ContactPlane| {
             force.energy_of(&plane.record.bearers(), plane.depth(knots, body, self.lag * self.step), *speed)
         };
-        self.planes.iter().map(energy).sum()
+        self.planes.iter().filter(|plane| !plane.waits).map(energy).sum()
     }
 
     /// Number of colliders of the detector.
@@ -439,6 +445,9 @@ impl RowSource for SurfaceContacts {
         let lacking = share * (step / JOINTS_STEP).min(1.0);
         for &index in &self.awake {
             let plane = &mut self.planes[index];
+            if plane.waits {
+                continue;
+            }
             let start = before(plane).min(0.0);
             let wanted = start + step * self.rules.parting.push_out.speed(-start, plane.radius, 0.0, step);
             let short = wanted - after(plane);

@@ -19,7 +19,7 @@ const TOUCHING: f64 = 1e-9;
 const PARALLEL: f64 = 1e-6;
 
 /// Sine of the angle up to which a line that rises over a face may tilt back onto the edge there before it is looked at again [-].
-const LEANS: f64 = 0.05;
+pub const LEANS: f64 = 0.05;
 
 /// Two places of a line nearer than this share of its way are one [-].
 pub const SAME_PLACE: f64 = 0.02;
@@ -155,27 +155,52 @@ impl Cuboid {
     /// The lowest place of a line outside, within `reach` [m], above another edge than that of its `nearest` place: a line that hardly
     /// tilts over a face, or passes a corner, meets that one next, before its nearest place is another.
     fn next_edge(&self, line: &LineSegment, nearest: &NearPlace, reach: f64) -> Option<NearPlace> {
+        let mut next: Option<NearPlace> = None;
+        self.each_edge_near(line, reach, |edge, ends| {
+            if let Some(place) = self.above_edge(line, edge, ends)
+                && (place.share - nearest.share).abs() > SAME_PLACE
+                && next.is_none_or(|next| place.height < next.height)
+            {
+                next = Some(place);
+            }
+        });
+        next
+    }
+
+    /// Above which edges it is lowest where a `line` would be nearest to them, were it longer by `reach` [m] at its beginning, and at
+    /// its end: a share below 0, and one above 1. There a knot may swing round an edge, and take the line across it within a step.
+    pub fn beyond(&self, line: &LineSegment, reach: f64) -> [Option<NearPlace>; 2] {
+        let more = reach / line.along.norm();
+        let longer = LineSegment { from: line.at(-more), along: (1.0 + 2.0 * more) * line.along };
+        let mut lowest: [Option<NearPlace>; 2] = [None; 2];
+        self.each_edge_near(&longer, reach, |edge, ends| {
+            let Some(place) = self.above_edge(&longer, edge, ends) else { return };
+            let place = NearPlace { share: (1.0 + 2.0 * more) * place.share - more, ..place };
+            let of_end = usize::from(place.share > 1.0);
+            let is_beyond = !(0.0..=1.0).contains(&place.share) && place.height <= reach;
+            if is_beyond && lowest[of_end].is_none_or(|lowest| place.height < lowest.height) {
+                lowest[of_end] = Some(place);
+            }
+        });
+        lowest
+    }
+
+    /// Calls for each edge that a line may be within `reach` [m] of: the side it is along, and its ends of the sides across that.
+    fn each_edge_near(&self, line: &LineSegment, reach: f64, mut act: impl FnMut(usize, [f64; 2])) {
         let to = line.at(1.0);
         // Most edges are beside all of the line.
         let is_near = |side: usize, end: f64| {
             let (face, begin, to) = (end * self.half[side], line.from[side], to[side]);
             begin.min(to) <= face + reach && face - reach <= begin.max(to)
         };
-        let mut next: Option<NearPlace> = None;
         for edge in 0..3 {
             let [one, other] = sides_across(edge);
             for ends in EDGE_ENDS {
-                if is_near(one, ends[0])
-                    && is_near(other, ends[1])
-                    && let Some(place) = self.above_edge(line, edge, ends)
-                    && (place.share - nearest.share).abs() > SAME_PLACE
-                    && next.is_none_or(|next| place.height < next.height)
-                {
-                    next = Some(place);
+                if is_near(one, ends[0]) && is_near(other, ends[1]) {
+                    act(edge, ends);
                 }
             }
         }
-        next
     }
 
     /// The place of a line outside above the edge along a side, at these `ends` of the sides across it: where the line is nearest to
@@ -355,6 +380,31 @@ mod tests {
             assert!(cuboid.support(&next.normal) - next.normal.dot(&foot) < 1e-9, "{line:?} {next:?}");
         }
         assert!(n_next > 100, "{n_next}");
+    }
+
+    /// A line over a face that ends before the edge, or just beyond it beside the other face, would meet it were it longer; one that is
+    /// long enough does not wait for it. The box is behind the planes there.
+    #[test]
+    fn a_line_that_ends_before_an_edge_waits_for_it() {
+        let cuboid = Cuboid { half: HALF };
+        let along = vector![0.07, 0.01, -1e-3];
+        for (short_by, waits) in [(2e-3, true), (4e-3, false), (-1e-3, false)] {
+            let to = vector![HALF[0] - short_by, 0.0, HALF[2] + 1e-3];
+            let ends = cuboid.beyond(&LineSegment { from: to - along, along }, 3e-3);
+            assert!(ends[0].is_none() && ends[1].is_some() == waits, "{short_by}: {ends:?}");
+            let turned = cuboid.beyond(&LineSegment { from: to, along: -along }, 3e-3);
+            assert_eq!(turned[0].map(|place| place.share < 0.0), ends[1].map(|place| place.share > 1.0));
+        }
+        let mut n_waiting = 0;
+        for line in lines() {
+            for place in cuboid.beyond(&line, 0.1).into_iter().flatten() {
+                n_waiting += 1;
+                let foot = line.at(place.share) - place.height * place.normal;
+                assert!(cuboid.support(&place.normal) - place.normal.dot(&foot) < 1e-9, "{line:?} {place:?}");
+                assert!(!(0.0..=1.0).contains(&place.share) && (0.0..=0.1).contains(&place.height));
+            }
+        }
+        assert!(n_waiting > 100, "{n_waiting}");
     }
 
     /// Moved out so far a line touches, and in no direction less would do. (The engine's penetration is none such for some lines: 7.6 mm

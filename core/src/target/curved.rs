@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::cuboid::{Cuboid, EDGE_ENDS, LineSegment, sides_across};
+use super::cuboid::{Cuboid, EDGE_ENDS, LEANS, LineSegment, sides_across};
 use super::parts::{ConvexPart, Primitive};
 
 /// A cable less inclined to the axis of a round part, or to an edge, than this sine lies along it, and has no one nearest
@@ -64,6 +64,16 @@ impl ConvexPart {
         }
     }
 
+    /// Which of them is the edge of a box that has a `point` of the body frame [m] on it; none of what has no edges.
+    pub fn edge_at(&self, point: &Vector3<f64>) -> Option<usize> {
+        let Primitive::Cuboid { half } = self.primitive else { return None };
+        let local = self.to_part(point);
+        let beside = Vector3::from_fn(|side, _| (local[side].abs() - half[side]).abs());
+        let along = beside.imax();
+        let [one, other] = sides_across(along).map(|side| local[side]);
+        Some(4 * along + 2 * usize::from(one < 0.0) + usize::from(other < 0.0))
+    }
+
     /// What of it has one place that is nearest to a straight cable: its round side, or all edges of a box, along one axis after another.
     pub fn ridge_lines(&self) -> Vec<RidgeLine> {
         let (centre, turn) = (self.pose.translation.vector, self.pose.rotation);
@@ -118,6 +128,11 @@ impl ConvexPart {
 }
 
 impl RidgeLine {
+    /// Whether it is an edge of a box.
+    pub fn is_edge(&self) -> bool {
+        self.radius == 0.0
+    }
+
     /// The nearest places of it, touched with about this `normal`, and a straight cable from one end to the other; none where an end of
     /// either is nearest.
     pub fn nearest(
@@ -135,12 +150,35 @@ impl RidgeLine {
             let across = self.axis.cross(&way).normalize();
             if across.dot(normal) > 0.0 { across } else { -across }
         };
-        let stays = self.radius > 0.0 || self.faces.iter().all(|face| face.dot(&outwards) > OF_EDGE);
+        if self.is_edge()
+            && let Some(face) = self.leant_over(&outwards)
+        {
+            return self.over_edge(face, from, &way);
+        }
+        let stays = self.radius > 0.0 || self.faces.iter().all(|face| face.dot(&outwards) > 0.0);
         ((0.0..=1.0).contains(&share) && stays).then(|| NearestOnRidge {
             share,
             foot: centre + self.radius * outwards,
             normal: outwards,
         })
+    }
+
+    /// Which of the faces of an edge a cable with an `outwards` normal there leaves, as it hardly tilts over the other; none where it does not.
+    fn leant_over(&self, outwards: &Vector3<f64>) -> Option<usize> {
+        let [one, other] = self.faces.map(|face| face.dot(outwards));
+        let (leaves, tilt) = if one < other { (0, one) } else { (1, other) };
+        (-LEANS < tilt && tilt <= 0.0).then_some(leaves)
+    }
+
+    /// Where a cable from `from` along its `way` passes the plane of the face that it leaves: it is above the other face there.
+    fn over_edge(&self, leaves: usize, from: &Vector3<f64>, way: &Vector3<f64>) -> Option<NearestOnRidge> {
+        let (left, normal) = (self.faces[leaves], self.faces[1 - leaves]);
+        let share = left.dot(&(self.centre - from)) / left.dot(way);
+        let place = from + share * way;
+        let foot = place - normal.dot(&(place - self.centre)) * normal;
+        let is_there =
+            (0.0..=1.0).contains(&share) && (foot - self.centre).dot(&self.axis).abs() <= self.half_length;
+        is_there.then_some(NearestOnRidge { share, foot, normal })
     }
 
     /// The share of its `way` at which a cable from `from` is nearest, and the place of the line; none beyond its ends, unless

@@ -72,6 +72,9 @@ impl CableDetector {
             let cable = StraightCable { index, knots, from, to, radius };
             let n_before = contacts.len();
             part.touch(&cable, margin, &mut self.manifolds, contacts);
+            if let Primitive::Cuboid { half } = part.solid.primitive {
+                wait_at_ends(&Cuboid { half }, &cable, margin, contacts);
+            }
             for contact in &mut contacts[n_before..] {
                 contact.part = of_part;
                 contact.normal = part.solid.pose.rotation * contact.normal;
@@ -91,7 +94,13 @@ fn sort(contacts: &mut Vec<Contact>) {
     let share = |contact: &Contact| contact.along.map_or(0.0, |along| along.share);
     contacts
         .sort_by(|one, other| one.part.cmp(&other.part).then_with(|| share(one).total_cmp(&share(other))));
-    contacts.dedup_by(|contact, last| last.part == contact.part && share(contact) - share(last) < SAME_PLACE);
+    let is_there = |contact: &Contact| (0.0..=1.0).contains(&share(contact));
+    contacts.dedup_by(|contact, last| {
+        last.part == contact.part
+            && share(contact) - share(last) < SAME_PLACE
+            && is_there(contact)
+            && is_there(last)
+    });
 }
 
 impl StraightCable {
@@ -121,6 +130,16 @@ fn touch_box(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut
         }
     }
     is_inside
+}
+
+/// Adds, in the frame of a box, its edges just beyond the ends of a cable.
+fn wait_at_ends(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut Vec<Contact>) {
+    let line = LineSegment { from: cable.from, along: cable.to - cable.from };
+    for NearPlace { share, normal, height } in
+        cuboid.beyond(&line, margin + cable.radius).into_iter().flatten()
+    {
+        contacts.push(cable.contact(share, line.at(share) - height * normal, normal, height - cable.radius));
+    }
 }
 
 impl TouchablePart {

@@ -315,18 +315,17 @@ impl RapierJoints {
                 self.starts[1].clone_from(state);
             }
             put_in += self.act(state, step, with);
-            // What the engine's contacts do to the target begins after what effects did to it.
-            let is_pushed = part == 0 && state.bodies != before.bodies;
-            if is_pushed {
-                self.starts[1].clone_from(before);
-            }
-            if part > 0 || is_pushed {
-                self.starts[1].bodies.clone_from(&state.bodies);
-            }
+            let mut is_pushed = self.starts_with(part, &state.bodies, before);
             failure::check(state, "cables")?;
             clock.lap(&mut work.stages.cables);
 
             put_in += self.advance(state, step, with, work);
+            if self.answers(with) {
+                // Those that were answered again gave the target more.
+                let bodies = std::mem::take(&mut self.answered_start.bodies);
+                is_pushed |= self.starts_with(part, &bodies, before);
+                self.answered_start.bodies = bodies;
+            }
             self.check_world(state)?;
             if with.constrain() {
                 put_in += self.books.work_of_constraints(&state.knots.velocity);
@@ -345,6 +344,20 @@ impl RapierJoints {
             }
         }
         Ok(put_in + self.books.work_of_forces(&state.forces.on_knots, &before.knots, &state.knots))
+    }
+
+    /// What the engine's contacts do to the target in a part of a step from `before` begins after what effects did to it: with `bodies`. Whether
+    /// that is another state than `before` in the first part.
+    fn starts_with(&mut self, part: u32, bodies: &[Body], before: &State) -> bool {
+        let is_pushed = part == 0 && bodies != before.bodies;
+        if is_pushed {
+            self.starts[1].clone_from(before);
+        }
+        if part > 0 || is_pushed {
+            self.starts[1].bodies.clear();
+            self.starts[1].bodies.extend_from_slice(bodies);
+        }
+        is_pushed
     }
 
     /// Forces of effects act first in every part, so that snaps, threads and contacts, which are answered before the engine, look at what these leave: a net
