@@ -199,27 +199,27 @@ impl CablePlanes {
         step: f64,
     ) -> bool {
         let Some(ridge) = plane.ridge.filter(|_| self.slides) else { return false };
-        let knots = [plane.record.knot, plane.along().end];
-        let in_body = |vector: &Vector3<f64>| turn.inverse_transform_vector(vector);
-        let ends = knots.map(|knot| in_body(&(net.position(knot) - body.position)));
+        let (knot, end) = (plane.record.knot, plane.along().end);
+        // In the body frame, so many seconds from now.
+        let place = |knot: usize, time: f64| {
+            let arm = net.position(knot) - body.position;
+            let velocity = net.velocity(knot) - body.velocity - body.rate.cross(&arm);
+            turn.inverse_transform_vector(&(arm + time * velocity))
+        };
+        let ends = |time: f64| [place(knot, time), place(end, time)];
         // A force has many sub-steps, each shorter than what comes from farther away takes.
-        if self.by_force && gap(plane, &ends) > plane.radius {
+        if self.by_force && gap(plane, &ends(0.0)) > plane.radius {
             return false;
         }
         let line = &self.ridges[plane.record.part][ridge];
-        let nearest_to = |ends: &[Vector3<f64>; 2]| {
-            let nearest = line.nearest(&plane.normal, &ends[0], &ends[1])?;
+        let nearest_in = |time: f64| {
+            let [from, to] = ends(time);
+            let nearest = line.nearest(&plane.normal, &from, &to)?;
             // One that has come through the part's middle would be drawn through the rest.
             (nearest.normal.dot(&plane.normal) > 0.0).then_some(nearest)
         };
-        let foreseen = || {
-            let will_be = |knot: usize| {
-                let arm = net.position(knot) - body.position;
-                in_body(&(arm + step * (net.velocity(knot) - body.velocity - body.rate.cross(&arm))))
-            };
-            if self.by_force || !line.is_edge() { None } else { nearest_to(&knots.map(will_be)) }
-        };
-        let Some(nearest) = foreseen().or_else(|| nearest_to(&ends)) else { return false };
+        let foreseen = if self.by_force || !line.is_edge() { None } else { nearest_in(step) };
+        let Some(nearest) = foreseen.or_else(|| nearest_in(0.0)) else { return false };
         plane.foot = nearest.foot;
         plane.normal = nearest.normal;
         plane.height = nearest.normal.dot(&nearest.foot) + plane.radius;

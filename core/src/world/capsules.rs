@@ -72,9 +72,6 @@ impl CableDetector {
             let cable = StraightCable { index, knots, from, to, radius };
             let n_before = contacts.len();
             part.touch(&cable, margin, &mut self.manifolds, contacts);
-            if let Primitive::Cuboid { half } = part.solid.primitive {
-                wait_at_ends(&Cuboid { half }, &cable, margin, contacts);
-            }
             for contact in &mut contacts[n_before..] {
                 contact.part = of_part;
                 contact.normal = part.solid.pose.rotation * contact.normal;
@@ -119,27 +116,27 @@ fn between_knots(normal: &Vector3<f64>, across: &Vector3<f64>) -> RangeInclusive
     at_knot..=1.0 - at_knot
 }
 
-/// Adds the contacts of a cable with a box, in its frame; whether the middle line of the cable comes inside.
+/// Adds the contacts of a cable with a box, in its frame, and the edges just beyond its ends; whether the middle line of the cable comes inside and
+/// has no contact.
 fn touch_box(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut Vec<Contact>) -> bool {
     let line = LineSegment { from: cable.from, along: cable.to - cable.from };
-    let (places, is_inside) = cuboid.places(&line, margin + cable.radius);
+    let reach = margin + cable.radius;
+    let (places, is_inside) = cuboid.places(&line, reach);
+    let n_before = contacts.len();
     for NearPlace { share, normal, height } in places.into_iter().flatten() {
         if between_knots(&normal, &line.along).contains(&share) {
             let on_part = line.at(share) - height * normal;
             contacts.push(cable.contact(share, on_part, normal, height - cable.radius));
         }
     }
-    is_inside
-}
-
-/// Adds, in the frame of a box, its edges just beyond the ends of a cable.
-fn wait_at_ends(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut Vec<Contact>) {
-    let line = LineSegment { from: cable.from, along: cable.to - cable.from };
-    for NearPlace { share, normal, height } in
-        cuboid.beyond(&line, margin + cable.radius).into_iter().flatten()
-    {
-        contacts.push(cable.contact(share, line.at(share) - height * normal, normal, height - cable.radius));
+    let is_lost = is_inside && contacts.len() == n_before;
+    if places.iter().any(Option::is_some) {
+        for NearPlace { share, normal, height } in cuboid.beyond(&line, reach).into_iter().flatten() {
+            let on_part = line.at(share) - height * normal;
+            contacts.push(cable.contact(share, on_part, normal, height - cable.radius));
+        }
     }
+    is_lost
 }
 
 impl TouchablePart {
@@ -167,11 +164,11 @@ impl TouchablePart {
         contacts: &mut Vec<Contact>,
     ) {
         let n_before = contacts.len();
-        let is_inside = match &self.solid.primitive {
+        let is_lost = match &self.solid.primitive {
             Primitive::Cuboid { half } => touch_box(&Cuboid { half: *half }, cable, margin, contacts),
-            _ => self.touch_any(cable, margin, manifolds, contacts),
+            _ => self.touch_any(cable, margin, manifolds, contacts) && contacts.len() == n_before,
         };
-        if is_inside && contacts.len() == n_before {
+        if is_lost {
             contacts.extend(self.crossing(cable));
         }
     }
