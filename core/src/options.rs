@@ -73,7 +73,8 @@ pub struct BuildContext<'a> {
 }
 
 impl<'a> BuildContext<'a> {
-    /// Whether contacts of whole cables share one problem with others: of knots, where impulses of ours answer these, or of strands.
+    /// Whether contacts of whole cables share one problem with others: of knots, where impulses of ours answer these, or of strands. In turn
+    /// with the engine they do alone, too: there what they lacked is found.
     pub fn cables_share_rows(&self) -> bool {
         match self.solver.contact {
             ContactModel::Impulse => true,

@@ -60,9 +60,6 @@ use verdicts::Verdicts;
 /// Frames of a run: time between them where a run lasts long enough [s].
 const SAMPLE: f64 = 0.01;
 
-/// Share of the budget that a run of the scene as written may cost [-].
-const FIRST: f64 = 0.25;
-
 /// What a study is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StudyRequest {
@@ -204,7 +201,7 @@ pub fn run(
     let written = Case::build(source)?;
     let source = &studied(source, &written)?;
     let base = Case::build(source)?;
-    let first = FirstRun::of(&base, FIRST * whole)?;
+    let first = FirstRun::of(&base, whole)?;
     let shares = Shares::of(&base);
     let mut spent = budget::price(&base, &first.run.work);
 

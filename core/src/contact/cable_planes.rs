@@ -142,7 +142,9 @@ impl CablePlanes {
     ) {
         self.detector.look(cable, *ends, margin, &mut self.found);
         let first = planes.len();
-        for contact in self.found.iter().filter(|contact| !is_beyond(contact)) {
+        for contact in
+            self.found.iter().filter(|contact| contact.along.is_none_or(|along| along.is_on_cable()))
+        {
             planes.push(self.follow(self.plane(contact, ends), nearest(old, contact), ends));
         }
         let n_found = planes.len();
@@ -229,7 +231,7 @@ impl CablePlanes {
 
     /// The plane of an edge just beyond an end of a cable; none of other contacts.
     fn waiting(&self, contact: &Contact, ends: &[Vector3<f64>; 2]) -> Option<ContactPlane> {
-        let along = contact.along.filter(|_| is_beyond(contact))?;
+        let along = contact.along.filter(|along| !along.is_on_cable())?;
         let mut plane = self.plane(contact, ends);
         plane.record.along = Some(Along { share: along.share.clamp(0.0, 1.0), ..along });
         plane.waits = true;
@@ -313,11 +315,6 @@ impl CablePlanes {
 /// The place at a plane of a cable with its ends in the body frame [m].
 fn place(plane: &ContactPlane, [from, to]: &[Vector3<f64>; 2]) -> Vector3<f64> {
     from + plane.along().share * (to - from)
-}
-
-/// Whether a contact is beyond the ends of its cable.
-fn is_beyond(contact: &Contact) -> bool {
-    contact.along.is_some_and(|along| !(0.0..=1.0).contains(&along.share))
 }
 
 /// How far that is from the plane [m].

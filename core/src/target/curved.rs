@@ -58,7 +58,7 @@ impl ConvexPart {
                 let along = local.iamin();
                 let [one, other] = sides_across(along).map(|side| local[side]);
                 let is_edge = local[along].abs() < ACROSS && one.abs() > OF_EDGE && other.abs() > OF_EDGE;
-                is_edge.then(|| 4 * along + 2 * usize::from(one < 0.0) + usize::from(other < 0.0))
+                is_edge.then(|| edge_towards(along, &local))
             }
             Primitive::Convex { .. } => None,
         }
@@ -69,9 +69,7 @@ impl ConvexPart {
         let Primitive::Cuboid { half } = self.primitive else { return None };
         let local = self.to_part(point);
         let beside = Vector3::from_fn(|side, _| (local[side].abs() - half[side]).abs());
-        let along = beside.imax();
-        let [one, other] = sides_across(along).map(|side| local[side]);
-        Some(4 * along + 2 * usize::from(one < 0.0) + usize::from(other < 0.0))
+        Some(edge_towards(beside.imax(), &local))
     }
 
     /// What of it has one place that is nearest to a straight cable: its round side, or all edges of a box, along one axis after another.
@@ -125,6 +123,12 @@ impl ConvexPart {
         let is_of_face = sides_across(face).into_iter().all(|side| local[side].abs() <= OF_FACE);
         is_of_face.then(|| Cuboid { half }.way_over(&LineSegment { from, along: to - from }, face)).flatten()
     }
+}
+
+/// Which of a box's ridge lines is the edge along a side that lies towards a place or a direction in its frame.
+fn edge_towards(along: usize, place: &Vector3<f64>) -> usize {
+    let [one, other] = sides_across(along).map(|side| place[side]);
+    4 * along + 2 * usize::from(one < 0.0) + usize::from(other < 0.0)
 }
 
 impl RidgeLine {

@@ -91,12 +91,12 @@ fn sort(contacts: &mut Vec<Contact>) {
     let share = |contact: &Contact| contact.along.map_or(0.0, |along| along.share);
     contacts
         .sort_by(|one, other| one.part.cmp(&other.part).then_with(|| share(one).total_cmp(&share(other))));
-    let is_there = |contact: &Contact| (0.0..=1.0).contains(&share(contact));
+    let is_on_cable = |contact: &Contact| contact.along.is_none_or(|along| along.is_on_cable());
     contacts.dedup_by(|contact, last| {
         last.part == contact.part
             && share(contact) - share(last) < SAME_PLACE
-            && is_there(contact)
-            && is_there(last)
+            && is_on_cable(contact)
+            && is_on_cable(last)
     });
 }
 
@@ -122,19 +122,16 @@ fn touch_box(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut
     let line = LineSegment { from: cable.from, along: cable.to - cable.from };
     let reach = margin + cable.radius;
     let (places, is_inside) = cuboid.places(&line, reach);
+    let contact = |NearPlace { share, normal, height }: NearPlace| {
+        cable.contact(share, line.at(share) - height * normal, normal, height - cable.radius)
+    };
+    let is_of_cable = |place: &NearPlace| between_knots(&place.normal, &line.along).contains(&place.share);
     let n_before = contacts.len();
-    for NearPlace { share, normal, height } in places.into_iter().flatten() {
-        if between_knots(&normal, &line.along).contains(&share) {
-            let on_part = line.at(share) - height * normal;
-            contacts.push(cable.contact(share, on_part, normal, height - cable.radius));
-        }
-    }
+    contacts.extend(places.into_iter().flatten().filter(is_of_cable).map(contact));
     let is_lost = is_inside && contacts.len() == n_before;
+    // What is too far has none beyond its ends either.
     if places.iter().any(Option::is_some) {
-        for NearPlace { share, normal, height } in cuboid.beyond(&line, reach).into_iter().flatten() {
-            let on_part = line.at(share) - height * normal;
-            contacts.push(cable.contact(share, on_part, normal, height - cable.radius));
-        }
+        contacts.extend(cuboid.beyond(&line, reach).into_iter().flatten().map(contact));
     }
     is_lost
 }

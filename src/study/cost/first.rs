@@ -14,6 +14,9 @@ use crate::failure::Failure;
 use crate::run::Run;
 use crate::scene::Source;
 
+/// Share of a budget that the run may cost [-].
+const SHARE: f64 = 0.25;
+
 /// Settings of the method that a study is for, at least.
 const ENOUGH: usize = 12;
 
@@ -28,12 +31,12 @@ pub struct FirstRun {
 }
 
 impl FirstRun {
-    /// A run of `base` that costs at most `allowed` by its counts [s].
+    /// A run of `base`, ended where it costs more than its share of a study's `budget` by its counts [s].
     ///
     /// # Errors
     /// A run that fails.
-    pub fn of(base: &Case, allowed: f64) -> Result<FirstRun, Failure> {
-        let (done, seconds) = timed_while(base, |work| budget::price(base, work) <= allowed);
+    pub fn of(base: &Case, budget: f64) -> Result<FirstRun, Failure> {
+        let (done, seconds) = timed_while(base, |work| budget::price(base, work) <= SHARE * budget);
         done.map(|(run, is_whole)| FirstRun { run, seconds, is_whole })
     }
 

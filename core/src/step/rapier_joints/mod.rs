@@ -129,6 +129,8 @@ pub struct RapierJoints {
     unpushed: Vec<Body>,
     /// The start of a part with what contacts of effects gave; kept for its memory.
     answered_start: State,
+    /// Bodies from which the world moved in the last part of a step.
+    moved_from: Vec<Body>,
     step: f64,
 }
 
@@ -185,6 +187,7 @@ impl RapierJoints {
             untouched: Vec::new(),
             unpushed: Vec::new(),
             answered_start: State::default(),
+            moved_from: Vec::new(),
             step: time_step.step,
             world,
         }
@@ -315,17 +318,10 @@ impl RapierJoints {
                 self.starts[1].clone_from(state);
             }
             put_in += self.act(state, step, with);
-            let mut is_pushed = self.starts_with(part, &state.bodies, before);
             failure::check(state, "cables")?;
             clock.lap(&mut work.stages.cables);
 
             put_in += self.advance(state, step, with, work);
-            if self.answers(with) {
-                // Those that were answered again gave the target more.
-                let bodies = std::mem::take(&mut self.answered_start.bodies);
-                is_pushed |= self.starts_with(part, &bodies, before);
-                self.answered_start.bodies = bodies;
-            }
             self.check_world(state)?;
             if with.constrain() {
                 put_in += self.books.work_of_constraints(&state.knots.velocity);
@@ -333,6 +329,14 @@ impl RapierJoints {
             clock.lap(&mut work.stages.world);
 
             if self.contacts.is_of_engine() {
+                // What the engine's contacts do to the target begins after what effects did to it, the second time too.
+                let is_pushed = part == 0 && self.moved_from != before.bodies;
+                if is_pushed {
+                    self.starts[1].clone_from(before);
+                }
+                if part > 0 || is_pushed {
+                    self.starts[1].bodies.clone_from(&self.moved_from);
+                }
                 let start = if part == 0 && !is_pushed { before } else { &self.starts[1] };
                 put_in += self.contacts.read_engine(&mut self.world, start, state, step);
                 failure::check(state, "contact")?;
@@ -344,20 +348,6 @@ impl RapierJoints {
             }
         }
         Ok(put_in + self.books.work_of_forces(&state.forces.on_knots, &before.knots, &state.knots))
-    }
-
-    /// What the engine's contacts do to the target in a part of a step from `before` begins after what effects did to it: with `bodies`. Whether
-    /// that is another state than `before` in the first part.
-    fn starts_with(&mut self, part: u32, bodies: &[Body], before: &State) -> bool {
-        let is_pushed = part == 0 && bodies != before.bodies;
-        if is_pushed {
-            self.starts[1].clone_from(before);
-        }
-        if part > 0 || is_pushed {
-            self.starts[1].bodies.clear();
-            self.starts[1].bodies.extend_from_slice(bodies);
-        }
-        is_pushed
     }
 
     /// Forces of effects act first in every part, so that snaps, threads and contacts, which are answered before the engine, look at what these leave: a net
@@ -399,6 +389,7 @@ impl RapierJoints {
                 self.answered_start.clone_from(state);
             }
             let target = state.target().copied().filter(|_| self.contacts.is_own());
+            self.moved_from.clone_from(&state.bodies);
             self.cables.mark(&state.knots);
             self.world.advance(state, step, self.iterations.now());
             self.cables.correct(&mut state.knots, step, &mut self.world);
