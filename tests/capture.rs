@@ -100,7 +100,7 @@ fn knots_do_not_sink_into_the_target() {
 }
 
 /// Nor do cables: of two edges that a cable crosses the second was seen when it had become the nearest, 0.20 to 0.75 mm deep in 16 members, 0.34 in their
-/// middle. Measured 0.02 to 0.17 mm, and 0.045.
+/// middle; 0.23 at most in 64 where none waited for an edge that it rose over. Measured 0.08 mm at most, and 0.024.
 #[test]
 fn cables_hardly_sink_into_the_target() {
     let whole =
@@ -108,18 +108,27 @@ fn cables_hardly_sink_into_the_target() {
     let members = ensemble(&scene("cubesat-free", &whole), 8);
     let [_, median, deepest] = spread(&members, "contact.max_penetration_m");
     below("cables inside, in the middle, m", median, 1e-4);
-    below("at most, m", deepest, 5e-4);
+    below("at most, m", deepest, 2.5e-4);
 }
 
 /// Where the engine moves the cables it draws them in after they were answered: 0.30 mm in the middle of 16 members and 0.47 at most before they
-/// were asked for more. Measured 0.11 and 0.21.
+/// were asked for more, 0.11 and 0.25 where none waited for an edge that it rose over. Measured 0.10 and 0.15.
 #[test]
 fn cables_hardly_sink_in_where_the_engine_moves_them() {
     let whole = ["effects.cable_contact={}", "solver.step_s=5e-4", "duration_s=2.2"];
     let members = ensemble(&scene("cubesat-free", &whole), 8);
     let [_, median, deepest] = spread(&members, "contact.max_penetration_m");
-    below("cables inside, in the middle, m", median, 2.5e-4);
-    below("at most, m", deepest, 1e-3);
+    below("cables inside, in the middle, m", median, 2e-4);
+    below("at most, m", deepest, 5e-4);
+}
+
+/// Knots at 17 m/s swing cables of the default scene round edges within a step of the engine: one of these ten members came 2.3 mm in
+/// before an edge that a cable rises over waited for it. Measured 0.38 mm.
+#[test]
+fn cables_that_swing_round_an_edge_within_a_step_hardly_sink_in() {
+    let swings = scene("cubesat-spin-x-2.0-tube-settled", &["duration_s=1.4", "capture.hold_s=0"]);
+    let [_, _, deepest] = spread(&ensemble(&swings, 10), "contact.max_penetration_m");
+    below("cables inside at most, m", deepest, 1e-3);
 }
 
 #[test]

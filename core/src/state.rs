@@ -67,15 +67,8 @@ pub struct Along {
     pub cable: usize,
     /// The knot at its other end.
     pub end: usize,
-    /// Share of the way to that end [-]; below 0 and above 1 it is beyond the ends.
+    /// Share of the way to that end [-].
     pub share: f64,
-}
-
-impl Along {
-    /// Whether it is between the ends of the cable, or at one.
-    pub fn is_on_cable(&self) -> bool {
-        (0.0..=1.0).contains(&self.share)
-    }
 }
 
 /// One contact between the net and a part of a body, the same record for every response.

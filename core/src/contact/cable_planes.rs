@@ -25,7 +25,7 @@ use crate::state::{Along, Body, Contact, Knots};
 use crate::target::Target;
 use crate::target::curved::RidgeLine;
 use crate::target::parts::ConvexPart;
-use crate::world::{CableDetector, POINT_ERROR};
+use crate::world::{CableContacts, CableDetector, POINT_ERROR};
 
 use super::plane::ContactPlane;
 use super::row::NetMotion;
@@ -53,7 +53,7 @@ pub struct CablePlanes {
     slides: bool,
     /// Cables that are looked at in a detection, contacts of one and all planes before it; kept for their memory.
     moved: Vec<bool>,
-    found: Vec<Contact>,
+    found: CableContacts,
     before: Vec<ContactPlane>,
 }
 
@@ -80,7 +80,7 @@ impl CablePlanes {
             by_force,
             slides,
             moved: vec![false; net.cables.len()],
-            found: Vec::new(),
+            found: CableContacts::default(),
             before: Vec::new(),
         }
     }
@@ -142,14 +142,12 @@ impl CablePlanes {
     ) {
         self.detector.look(cable, *ends, margin, &mut self.found);
         let first = planes.len();
-        for contact in
-            self.found.iter().filter(|contact| contact.along.is_none_or(|along| along.is_on_cable()))
-        {
+        for contact in &self.found.touching {
             planes.push(self.follow(self.plane(contact, ends), nearest(old, contact), ends));
         }
         let n_found = planes.len();
         if self.slides {
-            planes.extend(self.found.iter().filter_map(|contact| self.waiting(contact, ends)));
+            planes.extend(self.found.waiting.iter().filter_map(|contact| self.waiting(contact, ends)));
         }
         let n_with_waiting = planes.len();
         for old in old {
@@ -189,7 +187,7 @@ impl CablePlanes {
     }
 
     /// Within a step of `step` seconds: takes a plane on a round part or on an edge along to where its cable is nearest now, or on an edge will be;
-    /// whether it is there. `turn` is the attitude of `body`.
+    /// it waits where its cable does not pass the edge. `turn` is the attitude of `body`.
     ///
     /// A knot that swings round an edge takes its cable across within a step: 2 mm of it, at 4 m/s under joints.
     pub fn follow_ridge(
@@ -199,42 +197,37 @@ impl CablePlanes {
         body: &Body,
         turn: &Rotation3<f64>,
         step: f64,
-    ) -> bool {
-        let Some(ridge) = plane.ridge.filter(|_| self.slides) else { return false };
-        let (knot, end) = (plane.record.knot, plane.along().end);
-        // In the body frame, so many seconds from now.
-        let place = |knot: usize, time: f64| {
+    ) {
+        let Some(line) = self.ridge_line(plane) else { return };
+        // In the body frame, now and at the end of the step.
+        let [from, to] = [plane.record.knot, plane.along().end].map(|knot| {
             let arm = net.position(knot) - body.position;
             let velocity = net.velocity(knot) - body.velocity - body.rate.cross(&arm);
-            turn.inverse_transform_vector(&(arm + time * velocity))
-        };
-        let ends = |time: f64| [place(knot, time), place(end, time)];
-        // A force has many sub-steps, each shorter than what comes from farther away takes.
-        if self.by_force && gap(plane, &ends(0.0)) > plane.radius {
-            return false;
+            [arm, arm + step * velocity].map(|arm| turn.inverse_transform_vector(&arm))
+        });
+        let [now, then] = [0, 1].map(|time| [from[time], to[time]]);
+        if self.by_force {
+            // A force has many sub-steps, each shorter than what comes from farther away takes.
+            plane.waits &= gap(plane, &now) > plane.radius || !take_along(plane, line, &now);
+        } else if line.is_edge() {
+            let passes = take_along(plane, line, &then) || !plane.waits && take_along(plane, line, &now);
+            plane.waits = !passes && plane.is_ahead;
+        } else {
+            take_along(plane, line, &now);
         }
-        let line = &self.ridges[plane.record.part][ridge];
-        let nearest_in = |time: f64| {
-            let [from, to] = ends(time);
-            let nearest = line.nearest(&plane.normal, &from, &to)?;
-            // One that has come through the part's middle would be drawn through the rest.
-            (nearest.normal.dot(&plane.normal) > 0.0).then_some(nearest)
-        };
-        let foreseen = if self.by_force || !line.is_edge() { None } else { nearest_in(step) };
-        let Some(nearest) = foreseen.or_else(|| nearest_in(0.0)) else { return false };
-        plane.foot = nearest.foot;
-        plane.normal = nearest.normal;
-        plane.height = nearest.normal.dot(&nearest.foot) + plane.radius;
-        plane.record.along = Some(Along { share: nearest.share, ..plane.along() });
-        true
     }
 
-    /// The plane of an edge just beyond an end of a cable; none of other contacts.
+    /// What a plane is followed along, if it is.
+    fn ridge_line(&self, plane: &ContactPlane) -> Option<&RidgeLine> {
+        plane.ridge.filter(|_| self.slides).map(|ridge| &self.ridges[plane.record.part][ridge])
+    }
+
+    /// The plane of an edge ahead of a cable; none of what has no edges.
     fn waiting(&self, contact: &Contact, ends: &[Vector3<f64>; 2]) -> Option<ContactPlane> {
-        let along = contact.along.filter(|along| !along.is_on_cable())?;
+        let along = contact.along?;
         let mut plane = self.plane(contact, ends);
         plane.record.along = Some(Along { share: along.share.clamp(0.0, 1.0), ..along });
-        plane.waits = true;
+        (plane.is_ahead, plane.waits) = (true, true);
         plane.ridge = Some(self.solids[contact.part].edge_at(&contact.point)?);
         Some(plane)
     }
@@ -320,6 +313,20 @@ fn place(plane: &ContactPlane, [from, to]: &[Vector3<f64>; 2]) -> Vector3<f64> {
 /// How far that is from the plane [m].
 fn gap(plane: &ContactPlane, ends: &[Vector3<f64>; 2]) -> f64 {
     plane.normal.dot(&place(plane, ends)) - plane.height
+}
+
+/// Takes a plane to where a cable with its ends in the body frame is nearest to its ridge; whether it is there.
+fn take_along(plane: &mut ContactPlane, line: &RidgeLine, [from, to]: &[Vector3<f64>; 2]) -> bool {
+    let nearest = line.nearest(&plane.normal, from, to);
+    // One that has come through the part's middle would be drawn through the rest.
+    let Some(nearest) = nearest.filter(|nearest| nearest.normal.dot(&plane.normal) > 0.0) else {
+        return false;
+    };
+    plane.foot = nearest.foot;
+    plane.normal = nearest.normal;
+    plane.height = nearest.normal.dot(&nearest.foot) + plane.radius;
+    plane.record.along = Some(Along { share: nearest.share, ..plane.along() });
+    true
 }
 
 /// Whether a cable from one end to the other, in the body frame, lies along a plane.

@@ -23,7 +23,9 @@ pub struct ContactPlane {
     pub foot: Vector3<f64>,
     /// Which of its part's ridges it is on, where a cable is followed along it.
     pub ridge: Option<usize>,
-    /// Whether its cable ends before that ridge, and may come across it: until it does, there is nothing to keep out.
+    /// Whether its cable did not pass that ridge when it was found, and might come to.
+    pub is_ahead: bool,
+    /// Whether it still does not, so that there is nothing to keep out.
     pub waits: bool,
     /// Impulse within the last sub-step [N s].
     pub impulse: f64,
@@ -104,6 +106,7 @@ impl ContactPlane {
             radius,
             foot,
             ridge: None,
+            is_ahead: false,
             waits: false,
             impulse: 0.0,
             given: 0.0,

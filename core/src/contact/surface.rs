@@ -335,8 +335,8 @@ impl SurfaceContacts {
             let plane = &mut self.planes[index];
             if let Feature::Cables(cables) = &self.feature {
                 let is_clear = self.rules.drawn_in.is_none() && plane.is_clear(net, body, &turn, step);
-                if !is_clear && cables.follow_ridge(plane, net, body, &turn, step) {
-                    plane.waits = false;
+                if !is_clear {
+                    cables.follow_ridge(plane, net, body, &turn, step);
                 }
                 if plane.waits {
                     plane.record.gap = f64::INFINITY;

@@ -21,6 +21,10 @@ const PARALLEL: f64 = 1e-6;
 /// Sine of the angle up to which a line that rises over a face may tilt back onto the edge there before it is looked at again [-].
 pub const LEANS: f64 = 0.05;
 
+/// A place nearer to a knot than this share of the cable is left to the knot. Not more: a knot that
+/// rests on a face a little beyond an edge leaves its cable to cut into that edge.
+pub const AT_KNOT: f64 = 1e-3;
+
 /// Two places of a line nearer than this share of its way are one [-].
 pub const SAME_PLACE: f64 = 0.02;
 
@@ -157,7 +161,7 @@ impl Cuboid {
     fn next_edge(&self, line: &LineSegment, nearest: &NearPlace, reach: f64) -> Option<NearPlace> {
         let mut next: Option<NearPlace> = None;
         self.each_edge_near(line, reach, |edge, ends| {
-            if let Some(place) = self.above_edge(line, edge, ends)
+            if let Some(place) = self.above_edge(line, edge, ends, 0.0)
                 && (place.share - nearest.share).abs() > SAME_PLACE
                 && next.is_none_or(|next| place.height < next.height)
             {
@@ -167,19 +171,25 @@ impl Cuboid {
         next
     }
 
-    /// Above which edges it is lowest where a `line` would be nearest to them, were it longer by `reach` [m] at its beginning, and at
-    /// its end: a share below 0, and one above 1. There a knot may swing round an edge, and take the line across it within a step.
-    pub fn beyond(&self, line: &LineSegment, reach: f64) -> [Option<NearPlace>; 2] {
+    /// Above which edges a `line` that does not yet pass them is lowest, before its beginning, along it and behind its end: those that it would
+    /// pass were it longer by `reach` [m] at both, or turned as far as an end moves by that. A knot may swing round them, and take the line across
+    /// within a step. The share is below 0 before the beginning, and above 1 behind the end; just within both the line's end has the place.
+    pub fn edges_ahead(&self, line: &LineSegment, reach: f64) -> [Option<NearPlace>; 3] {
         let more = reach / line.along.norm();
         let longer = LineSegment { from: line.at(-more), along: (1.0 + 2.0 * more) * line.along };
-        let mut lowest: [Option<NearPlace>; 2] = [None; 2];
+        let mut lowest: [Option<NearPlace>; 3] = [None; 3];
         self.each_edge_near(&longer, reach, |edge, ends| {
-            let Some(place) = self.above_edge(&longer, edge, ends) else { return };
+            let Some(place) = self.above_edge(&longer, edge, ends, reach) else { return };
             let place = NearPlace { share: (1.0 + 2.0 * more) * place.share - more, ..place };
-            let of_end = usize::from(place.share > 1.0);
-            let is_beyond = !(0.0..=1.0).contains(&place.share) && place.height <= reach;
-            if is_beyond && lowest[of_end].is_none_or(|lowest| place.height < lowest.height) {
-                lowest[of_end] = Some(place);
+            let where_to = match place.share {
+                share if share < AT_KNOT => 0,
+                share if share <= 1.0 - AT_KNOT => 1,
+                _ => 2,
+            };
+            let is_ahead = where_to != 1 || self.above_edge(line, edge, ends, 0.0).is_none();
+            let lowest = &mut lowest[where_to];
+            if is_ahead && place.height <= reach && lowest.is_none_or(|lowest| place.height < lowest.height) {
+                *lowest = Some(place);
             }
         });
         lowest
@@ -204,11 +214,11 @@ impl Cuboid {
     }
 
     /// The place of a line outside above the edge along a side, at these `ends` of the sides across it: where the line is nearest to
-    /// it, or where it leaves a face that it hardly tilts over. None beyond the ends of either.
-    fn above_edge(&self, line: &LineSegment, edge: usize, ends: [f64; 2]) -> Option<NearPlace> {
+    /// it, or where it leaves a face that it hardly tilts over, or over which it goes by no more than a `rise` [m]. None beyond the ends of either.
+    fn above_edge(&self, line: &LineSegment, edge: usize, ends: [f64; 2], rise: f64) -> Option<NearPlace> {
         let sides = sides_across(edge);
-        let square =
-            line.along.cross(&Vector3::ith(edge, 1.0)).try_normalize(PARALLEL * line.along.norm())?;
+        let across = line.along.cross(&Vector3::ith(edge, 1.0));
+        let square = across.try_normalize(PARALLEL * line.along.norm())?;
         let outwards = [0, 1].map(|of| ends[of] * square[sides[of]]);
         let face = usize::from(outwards[1].abs() > outwards[0].abs());
         let tilt = outwards[1 - face] * outwards[face].signum();
@@ -216,7 +226,7 @@ impl Cuboid {
             let normal = outwards[face].signum() * square;
             let height = normal.dot(&line.from) - self.support(&normal);
             NearPlace { share: self.share_at_edge(line, edge, &normal, -height), normal, height }
-        } else if tilt > -LEANS {
+        } else if tilt > -LEANS.max(rise / across.norm()) {
             let [upper, across] = [sides[face], sides[1 - face]];
             let share = (ends[1 - face] * self.half[across] - line.from[across]) / line.along[across];
             let height = ends[face] * line.at(share)[upper] - self.half[upper];
@@ -382,26 +392,36 @@ mod tests {
         assert!(n_next > 100, "{n_next}");
     }
 
-    /// A line over a face that ends before the edge, or just beyond it beside the other face, would meet it were it longer; one that is
-    /// long enough does not wait for it. The box is behind the planes there.
+    /// A line over a face that ends before the edge, or just beyond it beside the other face, would meet it were it longer, and one that
+    /// rises over the edge were it turned; one that is long enough and flat does not wait for it. The box is behind the planes there.
     #[test]
     fn a_line_that_ends_before_an_edge_waits_for_it() {
         let cuboid = Cuboid { half: HALF };
         let along = vector![0.07, 0.01, -1e-3];
         for (short_by, waits) in [(2e-3, true), (4e-3, false), (-1e-3, false)] {
             let to = vector![HALF[0] - short_by, 0.0, HALF[2] + 1e-3];
-            let ends = cuboid.beyond(&LineSegment { from: to - along, along }, 3e-3);
-            assert!(ends[0].is_none() && ends[1].is_some() == waits, "{short_by}: {ends:?}");
-            let turned = cuboid.beyond(&LineSegment { from: to, along: -along }, 3e-3);
-            assert_eq!(turned[0].map(|place| place.share < 0.0), ends[1].map(|place| place.share > 1.0));
+            let ahead = cuboid.edges_ahead(&LineSegment { from: to - along, along }, 3e-3);
+            assert!(ahead[..2] == [None; 2] && ahead[2].is_some() == waits, "{short_by}: {ahead:?}");
+            let turned = cuboid.edges_ahead(&LineSegment { from: to, along: -along }, 3e-3);
+            assert_eq!(turned[0].map(|place| place.share < 0.0), ahead[2].map(|place| place.share > 1.0));
+        }
+        // Rising, by 3 and by 14 degrees, and across within its length.
+        for (rise, reach, waits) in [(4e-3, 5e-3, true), (4e-3, 2e-3, false), (18e-3, 10e-3, false)] {
+            let from = vector![HALF[0] - 0.065, 0.0, HALF[2] + 1e-4];
+            let line = LineSegment { from, along: vector![0.07, 0.01, rise] };
+            let ahead = cuboid.edges_ahead(&line, reach);
+            assert!(ahead[1].is_some() == waits, "{rise} {reach}: {ahead:?}");
         }
         let mut n_waiting = 0;
         for line in lines() {
-            for place in cuboid.beyond(&line, 0.1).into_iter().flatten() {
+            for (where_to, place) in cuboid.edges_ahead(&line, 0.1).into_iter().enumerate() {
+                let Some(place) = place else { continue };
                 n_waiting += 1;
                 let foot = line.at(place.share) - place.height * place.normal;
                 assert!(cuboid.support(&place.normal) - place.normal.dot(&foot) < 1e-9, "{line:?} {place:?}");
-                assert!(!(0.0..=1.0).contains(&place.share) && (0.0..=0.1).contains(&place.height));
+                let is_there =
+                    [place.share < 1e-3, (1e-3..=0.999).contains(&place.share), place.share > 0.999];
+                assert!(is_there[where_to] && (0.0..=0.1).contains(&place.height), "{place:?}");
             }
         }
         assert!(n_waiting > 100, "{n_waiting}");

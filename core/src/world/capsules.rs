@@ -18,13 +18,9 @@ use crate::cable::Cable;
 use crate::net::Net;
 use crate::state::{Along, Contact};
 use crate::target::Target;
-use crate::target::cuboid::{Cuboid, LineSegment, NearPlace, SAME_PLACE};
+use crate::target::cuboid::{AT_KNOT, Cuboid, LineSegment, NearPlace, SAME_PLACE};
 use crate::target::parts::{ConvexPart, Primitive};
-use crate::world::POINT_ERROR;
-
-/// A place nearer to a knot than this share of the cable is left to the knot. Not more: a knot that
-/// rests on a face a little beyond an edge leaves its cable to cut into that edge.
-const AT_KNOT: f64 = 1e-3;
+use crate::world::{CableContacts, POINT_ERROR};
 
 /// Cosine of the angle between a cable and a normal up to which they are taken as square.
 const SQUARE: f64 = 1e-3;
@@ -64,21 +60,22 @@ impl CableDetector {
         }
     }
 
-    pub fn look(&mut self, index: usize, ends: [Vector3<f64>; 2], margin: f64, contacts: &mut Vec<Contact>) {
-        contacts.clear();
+    pub fn look(&mut self, index: usize, ends: [Vector3<f64>; 2], margin: f64, found: &mut CableContacts) {
+        found.clear();
         let (knots, radius) = ([self.cables[index].a, self.cables[index].b], self.radius[index]);
         for (of_part, part) in self.parts.iter().enumerate() {
             let Some([from, to]) = part.near(&ends, margin + radius) else { continue };
             let cable = StraightCable { index, knots, from, to, radius };
-            let n_before = contacts.len();
-            part.touch(&cable, margin, &mut self.manifolds, contacts);
-            for contact in &mut contacts[n_before..] {
+            let n_before = [found.touching.len(), found.waiting.len()];
+            part.touch(&cable, margin, &mut self.manifolds, found);
+            let [touching, waiting] = n_before;
+            for contact in found.touching[touching..].iter_mut().chain(&mut found.waiting[waiting..]) {
                 contact.part = of_part;
                 contact.normal = part.solid.pose.rotation * contact.normal;
                 contact.point = part.solid.to_body(&contact.point);
             }
         }
-        sort(contacts);
+        sort(&mut found.touching);
     }
 
     pub fn n_colliders(&self) -> usize {
@@ -91,13 +88,7 @@ fn sort(contacts: &mut Vec<Contact>) {
     let share = |contact: &Contact| contact.along.map_or(0.0, |along| along.share);
     contacts
         .sort_by(|one, other| one.part.cmp(&other.part).then_with(|| share(one).total_cmp(&share(other))));
-    let is_on_cable = |contact: &Contact| contact.along.is_none_or(|along| along.is_on_cable());
-    contacts.dedup_by(|contact, last| {
-        last.part == contact.part
-            && share(contact) - share(last) < SAME_PLACE
-            && is_on_cable(contact)
-            && is_on_cable(last)
-    });
+    contacts.dedup_by(|contact, last| last.part == contact.part && share(contact) - share(last) < SAME_PLACE);
 }
 
 impl StraightCable {
@@ -116,9 +107,9 @@ fn between_knots(normal: &Vector3<f64>, across: &Vector3<f64>) -> RangeInclusive
     at_knot..=1.0 - at_knot
 }
 
-/// Adds the contacts of a cable with a box, in its frame, and the edges just beyond its ends; whether the middle line of the cable comes inside and
+/// Adds the contacts of a cable with a box, in its frame, and the edges ahead of it; whether the middle line of the cable comes inside and
 /// has no contact.
-fn touch_box(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut Vec<Contact>) -> bool {
+fn touch_box(cuboid: &Cuboid, cable: &StraightCable, margin: f64, found: &mut CableContacts) -> bool {
     let line = LineSegment { from: cable.from, along: cable.to - cable.from };
     let reach = margin + cable.radius;
     let (places, is_inside) = cuboid.places(&line, reach);
@@ -126,14 +117,13 @@ fn touch_box(cuboid: &Cuboid, cable: &StraightCable, margin: f64, contacts: &mut
         cable.contact(share, line.at(share) - height * normal, normal, height - cable.radius)
     };
     let is_of_cable = |place: &NearPlace| between_knots(&place.normal, &line.along).contains(&place.share);
-    let n_before = contacts.len();
-    contacts.extend(places.into_iter().flatten().filter(is_of_cable).map(contact));
-    let is_lost = is_inside && contacts.len() == n_before;
-    // What is too far has none beyond its ends either.
+    let n_before = found.touching.len();
+    found.touching.extend(places.into_iter().flatten().filter(is_of_cable).map(contact));
+    // What is too far has none ahead either.
     if places.iter().any(Option::is_some) {
-        contacts.extend(cuboid.beyond(&line, reach).into_iter().flatten().map(contact));
+        found.waiting.extend(cuboid.edges_ahead(&line, reach).into_iter().flatten().map(contact));
     }
-    is_lost
+    is_inside && found.touching.len() == n_before
 }
 
 impl TouchablePart {
@@ -158,15 +148,18 @@ impl TouchablePart {
         cable: &StraightCable,
         margin: f64,
         manifolds: &mut Vec<ContactManifold<(), ()>>,
-        contacts: &mut Vec<Contact>,
+        found: &mut CableContacts,
     ) {
-        let n_before = contacts.len();
+        let n_before = found.touching.len();
         let is_lost = match &self.solid.primitive {
-            Primitive::Cuboid { half } => touch_box(&Cuboid { half: *half }, cable, margin, contacts),
-            _ => self.touch_any(cable, margin, manifolds, contacts) && contacts.len() == n_before,
+            Primitive::Cuboid { half } => touch_box(&Cuboid { half: *half }, cable, margin, found),
+            _ => {
+                self.touch_any(cable, margin, manifolds, &mut found.touching)
+                    && found.touching.len() == n_before
+            }
         };
         if is_lost {
-            contacts.extend(self.crossing(cable));
+            found.touching.extend(self.crossing(cable));
         }
     }
 

@@ -219,6 +219,23 @@ impl Detector {
     }
 }
 
+/// What is found of one cable.
+#[derive(Default)]
+pub struct CableContacts {
+    /// In the order of parts and places; what touches at an end is the knot's business.
+    pub touching: Vec<Contact>,
+    /// With edges that it may be turned onto within a step: the share of its way is below 0 or above 1 where it would have to be longer.
+    pub waiting: Vec<Contact>,
+}
+
+impl CableContacts {
+    /// Forgets what was found of another.
+    pub fn clear(&mut self) {
+        self.touching.clear();
+        self.waiting.clear();
+    }
+}
+
 /// Contacts of whole cables: with boxes by formula, in 64 bits, with all else from the same narrow phase.
 pub struct CableDetector(CableFinder);
 
@@ -240,10 +257,9 @@ impl CableDetector {
         })
     }
 
-    /// The `contacts` of a cable from one end to another [m] whose gap is at most `margin` [m], all in the body frame and in the
-    /// order of parts and places; what touches at an end is the knot's business.
-    pub fn look(&mut self, cable: usize, ends: [Vector3<f64>; 2], margin: f64, contacts: &mut Vec<Contact>) {
-        either!(CableFinder, &mut self.0, engine => engine.look(cable, ends, margin, contacts));
+    /// What is `found` of a cable from one end to another [m] whose gap is at most `margin` [m], all in the body frame.
+    pub fn look(&mut self, cable: usize, ends: [Vector3<f64>; 2], margin: f64, found: &mut CableContacts) {
+        either!(CableFinder, &mut self.0, engine => engine.look(cable, ends, margin, found));
     }
 
     /// Number of colliders.
