@@ -53,6 +53,30 @@ fn commands(text: &str) -> Vec<Vec<String>> {
     own.map(|code| words(&code.replace(['[', ']'], " "))).collect()
 }
 
+/// What `mdbook build` makes of the docs: every page is a chapter, once, and every chapter a page. A line of the table of contents is a link by itself,
+/// in a list or before it.
+#[test]
+fn every_page_is_a_chapter_of_the_book() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let summary = std::fs::read_to_string(docs.join("SUMMARY.md")).unwrap();
+    let chapter = |line: &str| {
+        let link = line.trim_start().strip_prefix("- ").unwrap_or(line);
+        let (title, page) = link.strip_prefix('[')?.strip_suffix(')')?.split_once("](")?;
+        (!title.is_empty()).then(|| page.to_owned())
+    };
+    let lines = summary.lines().filter(|line| !line.is_empty() && *line != "# Summary");
+    let mut chapters: Vec<String> =
+        lines.map(|line| chapter(line).unwrap_or_else(|| panic!("no chapter: {line}"))).collect();
+    chapters.sort();
+    let name = |(path, _): (PathBuf, String)| path.strip_prefix(&docs).ok()?.to_str().map(str::to_owned);
+    let mut pages: Vec<String> = pages().into_iter().filter_map(name).collect();
+    pages.retain(|page| page != "SUMMARY.md");
+    pages.sort();
+    assert_eq!(chapters, pages);
+    let book = std::fs::read_to_string(docs.with_file_name("book.toml")).unwrap();
+    assert!(book.contains("src = \"docs\""));
+}
+
 /// The program knows the command and every option of it. Values are read, nothing is run: the help comes first.
 #[test]
 fn every_command_of_the_docs_is_understood() {
