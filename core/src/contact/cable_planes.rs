@@ -199,18 +199,20 @@ impl CablePlanes {
         step: f64,
     ) {
         let Some(line) = self.ridge_line(plane) else { return };
-        // In the body frame, now and at the end of the step.
-        let [from, to] = [plane.record.knot, plane.along().end].map(|knot| {
+        let moving = [plane.record.knot, plane.along().end].map(|knot| {
             let arm = net.position(knot) - body.position;
-            let velocity = net.velocity(knot) - body.velocity - body.rate.cross(&arm);
-            [arm, arm + step * velocity].map(|arm| turn.inverse_transform_vector(&arm))
+            (arm, net.velocity(knot) - body.velocity - body.rate.cross(&arm))
         });
-        let [now, then] = [0, 1].map(|time| [from[time], to[time]]);
+        // In the body frame, so many seconds from now.
+        let ends =
+            |time: f64| moving.map(|(arm, velocity)| turn.inverse_transform_vector(&(arm + time * velocity)));
+        let now = ends(0.0);
         if self.by_force {
             // A force has many sub-steps, each shorter than what comes from farther away takes.
             plane.waits &= gap(plane, &now) > plane.radius || !take_along(plane, line, &now);
         } else if line.is_edge() {
-            let passes = take_along(plane, line, &then) || !plane.waits && take_along(plane, line, &now);
+            let passes =
+                take_along(plane, line, &ends(step)) || !plane.waits && take_along(plane, line, &now);
             plane.waits = !passes && plane.is_ahead;
         } else {
             take_along(plane, line, &now);

@@ -419,8 +419,8 @@ mod tests {
                 n_waiting += 1;
                 let foot = line.at(place.share) - place.height * place.normal;
                 assert!(cuboid.support(&place.normal) - place.normal.dot(&foot) < 1e-9, "{line:?} {place:?}");
-                let is_there =
-                    [place.share < 1e-3, (1e-3..=0.999).contains(&place.share), place.share > 0.999];
+                let (share, first, last) = (place.share, AT_KNOT, 1.0 - AT_KNOT);
+                let is_there = [share < first, (first..=last).contains(&share), share > last];
                 assert!(is_there[where_to] && (0.0..=0.1).contains(&place.height), "{place:?}");
             }
         }

@@ -66,9 +66,8 @@ impl CableDetector {
         for (of_part, part) in self.parts.iter().enumerate() {
             let Some([from, to]) = part.near(&ends, margin + radius) else { continue };
             let cable = StraightCable { index, knots, from, to, radius };
-            let n_before = [found.touching.len(), found.waiting.len()];
+            let [touching, waiting] = [found.touching.len(), found.waiting.len()];
             part.touch(&cable, margin, &mut self.manifolds, found);
-            let [touching, waiting] = n_before;
             for contact in found.touching[touching..].iter_mut().chain(&mut found.waiting[waiting..]) {
                 contact.part = of_part;
                 contact.normal = part.solid.pose.rotation * contact.normal;
